@@ -1,0 +1,45 @@
+# make demo     plan a scenario of the paper, and check the plan
+# make test     the test suite
+# make verify   the long counts (hours); goes on where it was stopped
+# make lint, make types, make clean
+
+VENV := .venv
+BIN := $(VENV)/bin
+# The stamp makes a second call quick: nothing is installed again until pyproject.toml changes.
+STAMP := $(VENV)/.installed
+DEMO := build/demo-plan.json
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install -qq
+
+.PHONY: demo test verify lint types clean
+.DELETE_ON_ERROR:
+
+demo: $(STAMP)
+	@mkdir -p build
+	$(BIN)/gm-ompl plan paper/slide -o $(DEMO)
+	$(BIN)/gm-ompl check $(DEMO)
+	@echo "The plan is in $(DEMO)."
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+verify: $(STAMP)
+	$(BIN)/python -m tests.verify
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-cache
+
+types: $(STAMP)
+	$(BIN)/mypy
+
+clean:
+	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis *.egg-info
+
+$(STAMP): pyproject.toml
+	@echo "Preparing $(VENV) (once; takes a minute or two) ..."
+	@.ci/find-python > /dev/null
+	@[ -x $(BIN)/python ] || "$$(.ci/find-python)" -m venv $(VENV) || \
+	  { rm -rf $(VENV); echo "python3 -m venv failed; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
+	@$(PIP) --editable '.[dev]'
+	@touch $@

@@ -1,0 +1,67 @@
+"""Planning of graspless manipulation by multifingered robot hands.
+
+Public names load on first use (PEP 562): ``import gm_ompl`` alone imports no library.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from importlib.metadata import version as _version
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gm_ompl.api import check, judge, load, plan
+    from gm_ompl.errors import GmOmplError, InputError
+    from gm_ompl.plan.model import Plan
+
+_HOMES = {
+    "GmOmplError": "gm_ompl.errors",
+    "InputError": "gm_ompl.errors",
+    "Plan": "gm_ompl.plan.model",
+    "check": "gm_ompl.api",
+    "judge": "gm_ompl.api",
+    "load": "gm_ompl.api",
+    "plan": "gm_ompl.api",
+}
+
+__all__ = [
+    "GmOmplError",
+    "InputError",
+    "Plan",
+    "__version__",
+    "check",
+    "judge",
+    "load",
+    "plan",
+]
+
+__version__ = _version("gm-ompl")
+
+
+class _Package(ModuleType):
+    """This package, whose functions keep their names.
+
+    Importing a sub-package binds it on its parent, so ``gm_ompl.plan``, the function, would turn
+    into the sub-package of that name as soon as anything imports it. Those are reached by
+    ``from gm_ompl.plan.model import ...``, which does not need the binding.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in _HOMES and isinstance(value, ModuleType):
+            return
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+        setattr(self, name, value)
+        return value
+
+    def __dir__(self) -> list[str]:
+        return sorted({*vars(self), *__all__})
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,190 @@
+"""The public functions: load a scenario, plan it, check a plan, judge one instant."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gm_ompl.check.check import check as check_plan
+from gm_ompl.check.report import CheckReport
+from gm_ompl.errors import InputError
+from gm_ompl.feasibility.backends import make_backend
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.verdict import Finding, Verdict
+from gm_ompl.plan.assemble import assemble
+from gm_ompl.plan.model import Plan
+from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
+from gm_ompl.planners.registry import make_planner
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.load import load as load_scenario
+from gm_ompl.scenario.scenario import Scenario
+
+ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str]
+"""A loaded scenario, a shipped name, or a file."""
+
+PlacementLike: TypeAlias = int | tuple[str, Sequence[int]]
+"""A row of the placement table, or (face, cell), for example ``("-x", (3, 2))``."""
+
+
+def load(name_or_path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
+    """Return the scenario of a shipped name ("paper/slide"), a random family's, or a file.
+
+    Args:
+        name_or_path: the name, or the file.
+        overrides: "KEY=VALUE", each replacing a value; KEY is a dotted path, list items by
+            number, VALUE is read as YAML: ``["fingers.max_normal_force=5"]``.
+
+    Raises:
+        ScenarioError: no such scenario, or one line per mistake in it.
+    """
+    return load_scenario(name_or_path, overrides)
+
+
+def plan(
+    scenario: ScenarioLike,
+    planner: str = "astar",
+    *,
+    time_limit: float | None = None,
+    max_iterations: int | None = None,
+    memory_limit: float | None = None,
+    seed: int = 0,
+    parameters: Mapping[str, Any] | None = None,
+    report: Report | None = None,
+) -> Plan:
+    """Plan a scenario.
+
+    Ctrl-C ends the search and returns what is known, with the status "interrupted".
+
+    Args:
+        scenario: what to plan.
+        planner: its name.
+        time_limit: wall time [s]; None is no limit.
+        max_iterations: node expansions, or a sampling planner's own iterations.
+        memory_limit: resident memory of the process [MiB].
+        seed: of randomised planners.
+        parameters: the planner's own parameters.
+        report: called now and then with the search's progress.
+
+    Returns:
+        The plan, or why there is none: see ``Plan.status``.
+
+    Raises:
+        InputError: the scenario, the planner's name or a limit is wrong.
+    """
+    searcher = make_planner(planner)
+    if parameters:
+        raise InputError(f"planner {planner!r} has no parameters; given: {', '.join(parameters)}")
+    budget = _budget(time_limit, max_iterations, memory_limit)
+    if seed < 0:
+        raise InputError(f"seed: {seed}: must be a whole number >= 0")
+    given = _loaded(scenario)
+    problem = given.problem
+    rng = np.random.default_rng(seed)
+    started = time.monotonic()
+    try:
+        result = searcher.solve(problem, _judge(problem), budget, rng, report or silent)
+    except KeyboardInterrupt:  # before the search could begin, or twice
+        spent = {"time_s": time.monotonic() - started, "expanded": 0, "mode_decisions": 0}
+        result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
+    return assemble(
+        problem,
+        given.resolved(),
+        result.moves,
+        status=result.status.value,
+        planner=planner,
+        statistics=result.statistics,
+        seed=seed,
+        optimal=result.optimal,
+        lower_bound=result.lower_bound,
+    )
+
+
+def check(plan: Plan) -> CheckReport:
+    """Judge a plan anew, from the scenario inside it alone, with HiGHS.
+
+    Returns:
+        Per step what holds, and every violation with its reason; ``holds`` sums it up.
+
+    Raises:
+        ScenarioError: the scenario inside the plan cannot be used.
+    """
+    return check_plan(plan)
+
+
+def judge(
+    scenario: ScenarioLike,
+    q: Sequence[float],
+    direction: Sequence[float] | None,
+    placements: Sequence[PlacementLike],
+) -> Verdict:
+    """Judge one instant (Sec. 4.2): geometry, the choice of modes, and the margin z.
+
+    Args:
+        scenario: where it happens.
+        q: object coordinates (d,): ``[s]`` on a path, ``[x, y, yaw]`` in the plane.
+        direction: of the object's motion (d,); None at rest.
+        placements: per finger, a row of the placement table or (face, cell).
+
+    Raises:
+        InputError: coordinates or placements do not fit the scenario.
+    """
+    problem = _loaded(scenario).problem
+    _fit("q", q, problem)
+    if direction is not None:
+        _fit("direction", direction, problem)
+    rows, at, referee = _rows(problem, placements), tuple(map(float, q)), _judge(problem)
+    if direction is not None:
+        return referee.segment(at, tuple(map(float, direction)), rows)
+    if not referee.placements_valid(at, rows):
+        return Verdict(Finding.GEOMETRY)
+    decision = referee.rest(at, tuple(range(len(rows))), rows)
+    return Verdict.of(decision, problem.mechanics.z_min)
+
+
+def _loaded(scenario: ScenarioLike) -> Scenario:
+    return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+def _judge(problem: Problem) -> Judge:
+    return Judge(problem, make_backend(problem))
+
+
+def _budget(
+    time_limit: float | None, max_iterations: int | None, memory_limit: float | None
+) -> Budget:
+    for name, value, unit in (
+        ("time limit", time_limit, "seconds"),
+        ("max iterations", max_iterations, "iterations"),
+        ("memory limit", memory_limit, "MiB"),
+    ):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name}: {value}: must be a positive number of {unit}")
+    return Budget(time_limit, max_iterations, memory_limit)
+
+
+def _fit(name: str, values: Sequence[float], problem: Problem) -> None:
+    wanted = ", ".join(problem.motion.names)
+    if len(values) != problem.motion.dimension or not all(map(math.isfinite, values)):
+        raise InputError(f"{name}: {list(values)}: must be finite numbers for ({wanted})")
+
+
+def _rows(problem: Problem, placements: Sequence[PlacementLike]) -> tuple[int, ...]:
+    """Return the placements' rows in the table."""
+    table, count = problem.fingers.placements, problem.fingers.count
+    if len(placements) != count:
+        raise InputError(f"placements: {len(placements)} given; the scenario has {count} fingers")
+    rows = []
+    for finger, place in enumerate(placements):
+        row = place if isinstance(place, int) else table.find(*place)
+        if row is None or not 0 <= row < len(table):
+            raise InputError(
+                f"placements[{finger}]: {place}: no such placement; there are {len(table)}, "
+                f"on the faces {', '.join(table.labels)}"
+            )
+        rows.append(row)
+    return tuple(rows)

@@ -1,0 +1,64 @@
+"""Where things go: results to stdout, notes and the log to stderr, plans to files."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from gm_ompl.errors import InputError
+
+
+def say(text: str = "") -> None:
+    """Write a line of results to stdout."""
+    sys.stdout.write(text + "\n")
+
+
+def say_json(value: dict[str, Any]) -> None:
+    """Write one JSON object to stdout."""
+    json.dump(value, sys.stdout, allow_nan=False)
+    sys.stdout.write("\n")
+
+
+def note(text: str) -> None:
+    """Write a line to stderr."""
+    sys.stderr.write(text + "\n")
+
+
+class _StderrHandler(logging.Handler):
+    """Writes to what stderr is at that moment: the progress line replaces it while it stands."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        note(self.format(record))
+
+
+def show_log() -> None:
+    """Show the package's log on stderr, from INFO on."""
+    log = logging.getLogger("gm_ompl")
+    if not log.handlers:
+        log.addHandler(_StderrHandler())
+        log.setLevel(logging.INFO)
+
+
+def writable(path: Path | None) -> Path | None:
+    """Return ``path`` with links resolved, once it is known that a file can be put there.
+
+    Asked before planning, so that hours of search are not lost to a misspelt folder.
+
+    Raises:
+        InputError: its folder is missing or not writable, or it is something else than a file.
+    """
+    if path is None:
+        return None
+    target = path.resolve()
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError(f"-o {path}: folder {folder} does not exist; make it first")
+    if target.exists() and not target.is_file():
+        raise InputError(f"-o {path}: is not a regular file; name a file to write")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"-o {path}: folder {folder} is not writable")
+    return target

@@ -1,0 +1,143 @@
+"""``gm-ompl plan``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from gm_ompl import api
+from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
+from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.progress import ProgressLine
+from gm_ompl.errors import InputError
+from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """The options of ``gm-ompl plan``."""
+
+    scenario: str
+    planner: str
+    time_limit: float | None
+    max_iterations: int | None
+    memory_limit: float | None
+    seed: int
+    params: Path | None
+    overrides: tuple[str, ...]
+    output: Path | None
+    as_json: bool
+
+
+def plan_command(request: PlanRequest) -> Exit:
+    """Plan, write the file, show the result."""
+    output = writable(request.output)
+    parameters = read_parameters(request.params)
+    scenario = api.load(request.scenario, request.overrides)
+    with ProgressLine() as report:
+        plan = api.plan(
+            scenario,
+            planner=request.planner,
+            time_limit=request.time_limit,
+            max_iterations=request.max_iterations,
+            memory_limit=request.memory_limit,
+            seed=request.seed,
+            parameters=parameters,
+            report=report,
+        )
+    if output is not None:
+        plan.save(output)
+    if request.as_json:
+        say_json(plan.to_dict())
+    else:
+        for line in summary(plan):
+            say(line)
+        if output is not None:
+            note(f"written to {request.output}")
+    return EXIT_OF_STATUS[plan.status]
+
+
+def read_parameters(path: Path | None) -> dict[str, Any]:
+    """Return the planner's parameters from a file that holds one JSON object.
+
+    Raises:
+        InputError: the file cannot be read or holds something else.
+    """
+    if path is None:
+        return {}
+    try:
+        parameters = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"--params {path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:  # not JSON, or not UTF-8
+        raise InputError(f"--params {path}: not a JSON file: {error}") from error
+    if not isinstance(parameters, dict):
+        raise InputError(f'--params {path}: must hold one JSON object, {{"name": value, ...}}')
+    return parameters
+
+
+_SENTENCES = {
+    "infeasible": "proven infeasible: no plan exists on this lattice",
+    "budget": "budget spent before a plan was found",
+    "interrupted": "interrupted before a plan was found",
+}
+
+
+def summary(plan: Plan) -> Iterator[str]:
+    """Yield the plan as a few lines for people."""
+    name = plan.scenario.get("name", "scenario")
+    if plan.cost is None:
+        yield f"{name}: {_SENTENCES[plan.status]}"
+    else:
+        quality = "proven optimal" if plan.optimal else "not proven optimal"
+        yield f"{name}: solved by {plan.planner}, {quality}"
+        yield f"  cost         {plan.cost:.6g}"
+        yield f"  regrasps     {plan.regrasps}"
+    if plan.lower_bound is not None and not plan.optimal:
+        yield f"  lower bound  {plan.lower_bound:.6g}"
+    spent = plan.statistics
+    yield (
+        f"  search       {spent.time_s:.2f} s, {spent.expanded:,} nodes expanded, "
+        f"{spent.mode_decisions:,} mode decisions"
+    )
+    for _, group in groupby(plan.steps, key=_stage):
+        yield from _describe(list(group))
+
+
+def _stage(step: Step) -> tuple[Any, ...]:
+    """Return what stays the same over the steps that are shown as one."""
+    if isinstance(step, RegraspStep):
+        return ("regrasp", step.at, step.finger)
+    modes = {segment.modes for segment in step.segments}
+    return ("displacement", step.placements, frozenset(modes))
+
+
+def _describe(steps: list[Step]) -> Iterator[str]:
+    first, last = steps[0], steps[-1]
+    if isinstance(first, RegraspStep):
+        old, new = first.from_, first.to
+        yield (
+            f"  at {_numbers(first.at)}: finger {first.finger} moves from "
+            f"{old.face} {list(old.cell)} to {new.face} {list(new.cell)}"
+        )
+    elif isinstance(last, DisplacementStep):
+        segments = [
+            s for step in steps if isinstance(step, DisplacementStep) for s in step.segments
+        ]
+        fingers = []
+        for i, place in enumerate(first.placements):
+            modes = "/".join(sorted({segment.modes[i] for segment in segments}))
+            fingers.append(f"{place.face} {list(place.cell)} {modes}-controlled")
+        least = min(segment.z for segment in segments)
+        yield (
+            f"  {_numbers(first.from_)} to {_numbers(last.to)}: {'; '.join(fingers)}; "
+            f"z at least {least:.4g}"
+        )
+
+
+def _numbers(q: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:.4g}" for value in q)

@@ -1,0 +1,47 @@
+"""Array aliases and the one helper that makes arrays read-only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gm_ompl.errors import ShapeError
+
+Array: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+
+def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
+    """Return a read-only float64 copy of ``values``, its shape checked.
+
+    Args:
+        values: numbers to copy.
+        shape: expected length per axis; ``None`` accepts any length.
+        name: what to call the array in the error message.
+
+    Raises:
+        ShapeError: the shape differs, or an entry is NaN or infinite.
+    """
+    array = np.array(values, dtype=np.float64)
+    if array.size == 0 and len(shape) == 2 and shape[1] is not None:
+        array = array.reshape(0, shape[1])
+    matches = array.ndim == len(shape) and all(
+        want is None or have == want for have, want in zip(array.shape, shape, strict=False)
+    )
+    if not matches:
+        raise ShapeError(name, array.shape, tuple(shape))
+    if not np.isfinite(array).all():
+        raise ShapeError(name, array.shape, tuple(shape), "an entry is NaN or infinite")
+    array.flags.writeable = False
+    return array
+
+
+def unit(vector: ArrayLike) -> Array:
+    """Return ``vector`` scaled to length 1, shape (k,)."""
+    array = np.asarray(vector, dtype=np.float64)
+    scaled: Array = array / np.linalg.norm(array)
+    return scaled

@@ -1,0 +1,149 @@
+"""Judges one displacement arc: Sec. 4.2, Eq. (9)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gm_ompl.check.coordinates import crossed, lattice_steps, outside
+from gm_ompl.check.findings import Findings
+from gm_ompl.check.hold import Hold, check_hold
+from gm_ompl.check.places import check_placements, check_pose
+from gm_ompl.check.referee import Referee
+from gm_ompl.contact.decision import ControlMode
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.problem import Placements
+
+
+def check_displacement(referee: Referee, step: DisplacementStep, found: Findings) -> None:
+    """Judge a displacement step by itself; note what does not hold."""
+    rows = check_placements(referee, step.placements, found)
+    if not _check_arc(referee, step, found):
+        return
+    check_pose(referee, "pose_from", step.pose_from, step.from_, found)
+    check_pose(referee, "pose_to", step.pose_to, step.to, found)
+    parts = len(step.segments)
+    if rows is None or not _check_density(referee, step, found):
+        return
+    cuts = [_between(step, j / parts) for j in range(parts + 1)]
+    midpoints = [_between(step, (j + 0.5) / parts) for j in range(parts)]
+    for name, q in (("from", step.from_), ("to", step.to)):
+        reason = referee.blocked(q, rows)
+        found.check("geometry", reason is None, f"at '{name}' {list(q)}: {reason}")
+    for j, q in enumerate(midpoints):
+        reason = referee.blocked(q, rows)
+        found.check("geometry", reason is None, f"at its midpoint {list(q)}: {reason}", j)
+    _check_segments(referee, step, rows, midpoints, found)
+    _check_cost(referee, step, rows, cuts, found)
+
+
+def _between(step: DisplacementStep, fraction: float) -> Coordinates:
+    if fraction in (0.0, 1.0):
+        return step.to if fraction else step.from_
+    return tuple(u + fraction * (v - u) for u, v in zip(step.from_, step.to, strict=True))
+
+
+def _check_arc(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
+    """Judge the coordinates; return whether the rest of the step can be judged."""
+    problem, tolerances = referee.problem, referee.tolerances
+    for name, q in (("from", step.from_), ("to", step.to)):
+        if not found.check(
+            "coordinates",
+            len(q) == problem.motion.dimension,
+            f"'{name}' has {len(q)} coordinates; the motion has {problem.motion.dimension} "
+            f"({', '.join(problem.motion.names)})",
+        ):
+            return False
+        off = outside(problem, q)
+        if not found.check(
+            "coordinates",
+            off <= tolerances.coordinate,
+            f"'{name}' {list(q)} is out of bounds {list(problem.motion.low)} to "
+            f"{list(problem.motion.high)} by {off:.3g} of the range",
+        ):
+            return False
+    span = float(np.abs(np.subtract(step.to, step.from_)).max())
+    if not found.check(
+        "coordinates",
+        span > 0.0 and lattice_steps(problem, step.from_, step.to) > tolerances.coordinate,
+        f"'from' and 'to' are both {list(step.from_)}: the object does not move",
+    ):
+        return False
+    boundary = crossed(problem, step.from_, step.to, tolerances.coordinate)
+    return found.check(
+        "coordinates",
+        boundary is None,
+        f"the arc from {list(step.from_)} to {list(step.to)} spans the piece boundary at "
+        f"{boundary}; an arc ends there",
+    )
+
+
+def _check_density(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
+    """Judge number and form of the segments; return whether they can be judged one by one."""
+    problem, parts = referee.problem, len(step.segments)
+    steps = lattice_steps(problem, step.from_, step.to)
+    spanned = max(1, math.ceil(steps - referee.tolerances.count))
+    least = problem.cost.samples_per_arc * spanned
+    found.check(
+        "segments",
+        parts >= least,
+        f"{parts} segments; an arc over {steps:.6g} lattice steps needs at least {least} "
+        f"({problem.cost.samples_per_arc} per step begun)",
+    )
+    count = problem.fingers.count
+    for j, segment in enumerate(step.segments):
+        have = (len(segment.modes), len(segment.f_com))
+        if not found.check(
+            "segments",
+            have == (count, count),
+            f"{have[0]} modes and {have[1]} values of f_com; the hand has {count} fingers",
+            j,
+        ):
+            return False
+    return parts > 0
+
+
+def _check_segments(
+    referee: Referee,
+    step: DisplacementStep,
+    rows: Placements,
+    midpoints: list[Coordinates],
+    found: Findings,
+) -> None:
+    direction = tuple(v - u for u, v in zip(step.from_, step.to, strict=True))
+    for j, (q, segment) in enumerate(zip(midpoints, step.segments, strict=True)):
+        hold = Hold(
+            contacts=referee.contacts(q, direction),
+            fingers=tuple(range(len(rows))),
+            rows=rows,
+            modes=tuple(ControlMode(mode) for mode in segment.modes),
+            f_com=segment.f_com,
+            z=segment.z,
+            segment=j,
+        )
+        check_hold(referee, hold, found)
+
+
+def _check_cost(
+    referee: Referee,
+    step: DisplacementStep,
+    rows: Placements,
+    cuts: list[Coordinates],
+    found: Findings,
+) -> None:
+    """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
+    z = np.array([segment.z for segment in step.segments])
+    if not (z > 0).all():
+        return  # reported as a margin below z_min; Eq. (9) has no finite value
+    weights = 1.0 + referee.problem.cost.stability / z
+    cost = float((weights @ referee.chords(cuts, rows)).max(initial=0.0))
+    found.cost = cost
+    allowed = referee.tolerances.cost * max(cost, 0.0)
+    found.check(
+        "cost",
+        abs(step.cost - cost) <= allowed,
+        f"cost {step.cost:.9g} is claimed; Eq. (9) gives {cost:.9g} "
+        f"(off by {abs(step.cost - cost):.3g}, allowed {allowed:.3g})",
+    )

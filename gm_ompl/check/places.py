@@ -1,0 +1,102 @@
+"""Judges poses and placements: do they equal the motion's and the placement table's?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gm_ompl.check.findings import Findings
+from gm_ompl.check.referee import Referee
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.plan.model import PlacementRecord, PoseRecord
+from gm_ompl.problem import Placements
+
+
+def check_pose(
+    referee: Referee, name: str, claimed: PoseRecord, q: Coordinates, found: Findings
+) -> None:
+    """Judge whether ``claimed`` is the motion's pose at ``q``."""
+    tolerances, pose = referee.tolerances, referee.problem.motion.pose(q)
+    off = float(np.abs(np.array(claimed.position) - pose.position).max())
+    # Positions far from the origin carry the rounding of their own size.
+    allowed = tolerances.length * max(referee.diagonal, float(np.abs(pose.position).max()))
+    found.check(
+        "pose",
+        off <= allowed,
+        f"{name}.position {_list(claimed.position)} is claimed; at {_list(q)} it is "
+        f"{_list(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
+    )
+    length = float(np.linalg.norm(claimed.quaternion))
+    unit = found.check(
+        "pose",
+        abs(length - 1.0) <= tolerances.direction,
+        f"{name}.quaternion {_list(claimed.quaternion)} has length {length:.9g}, not 1",
+    )
+    if unit:
+        turned = Pose.from_quaternion(claimed.position, claimed.quaternion)
+        off = float(np.abs(turned.rotation - pose.rotation).max())
+        found.check(
+            "pose",
+            off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
+            f"{name}.quaternion {_list(claimed.quaternion)} is claimed; at {_list(q)} it is "
+            f"{_list(pose.quaternion())} (rotation off by {off:.3g})",
+        )
+
+
+def check_placements(
+    referee: Referee, claimed: Sequence[PlacementRecord], found: Findings
+) -> Placements | None:
+    """Judge a whole hand's placements; return their rows in the table, None if one has none."""
+    count = referee.problem.fingers.count
+    if not found.check(
+        "placements",
+        len(claimed) == count,
+        f"{len(claimed)} placements are listed; the hand has {count} fingers",
+    ):
+        return None
+    rows = [
+        check_placement(referee, f"placements[{finger}]", record, found)
+        for finger, record in enumerate(claimed)
+    ]
+    known = tuple(row for row in rows if row is not None)
+    return known if len(known) == count else None
+
+
+def check_placement(
+    referee: Referee, name: str, claimed: PlacementRecord, found: Findings
+) -> int | None:
+    """Judge one placement; return its row in the table, or None if it is not in it."""
+    tolerances, table = referee.tolerances, referee.problem.fingers.placements
+    row = table.find(claimed.face, claimed.cell)
+    if not found.check(
+        "placements",
+        row is not None,
+        f"{name} is on face {claimed.face}, cell {list(claimed.cell)}; the scenario's fingers "
+        f"may be placed on faces {', '.join(table.labels)}, and there is no such cell among them",
+    ):
+        return None
+    for what, have, want, allowed in (
+        ("point", claimed.point, table.points[row], tolerances.length * referee.diagonal),
+        ("normal", claimed.normal, table.normals[row], tolerances.direction),
+    ):
+        off = float(np.abs(np.array(have) - want).max())
+        found.check(
+            "placements",
+            off <= allowed,
+            f"{name}.{what} {_list(have)} is claimed; face {claimed.face}, cell "
+            f"{list(claimed.cell)} has {_list(want)} (off by {off:.3g}, allowed {allowed:.3g})",
+        )
+    return row
+
+
+def named(referee: Referee, row: int) -> str:
+    """Return ``+x:3,2`` for a row of the placement table."""
+    table = referee.problem.fingers.placements
+    i, j = table.cell[row]
+    return f"{table.labels[int(table.face[row])]}:{i},{j}"
+
+
+def _list(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    return "[" + ", ".join(f"{float(value):.9g}" for value in values) + "]"

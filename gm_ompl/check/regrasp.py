@@ -1,0 +1,117 @@
+"""Judges one regrasping arc: Sec. 4.2, Eq. (10)."""
+
+from __future__ import annotations
+
+from gm_ompl.check.coordinates import outside
+from gm_ompl.check.findings import Findings
+from gm_ompl.check.hold import Hold, check_hold
+from gm_ompl.check.places import check_placement, check_placements, named
+from gm_ompl.check.referee import Referee
+from gm_ompl.contact.decision import ControlMode
+from gm_ompl.plan.model import RegraspStep
+from gm_ompl.problem import Placements
+
+
+def check_regrasp(referee: Referee, step: RegraspStep, found: Findings) -> None:
+    """Judge a regrasping step by itself; note what does not hold."""
+    rows = check_placements(referee, step.placements, found)
+    target = check_placement(referee, "to", step.to, found)
+    judged = _check_place(referee, step, found) and _check_finger(referee, step, found)
+    if not judged or rows is None:
+        return
+    reason = referee.blocked(step.at, rows)
+    found.check("geometry", reason is None, f"before the regrasp: {reason}")
+    if target is not None:
+        _check_target(referee, step, rows, target, found)
+    _check_rest(referee, step, rows, found)
+    found.cost = referee.problem.cost.regrasp
+    found.check(
+        "cost",
+        abs(step.cost - found.cost) <= referee.tolerances.cost * found.cost,
+        f"cost {step.cost:.9g} is claimed; Eq. (10) gives {found.cost:.9g}",
+    )
+
+
+def _check_place(referee: Referee, step: RegraspStep, found: Findings) -> bool:
+    motion = referee.problem.motion
+    if not found.check(
+        "coordinates",
+        len(step.at) == motion.dimension,
+        f"'at' has {len(step.at)} coordinates; the motion has {motion.dimension} "
+        f"({', '.join(motion.names)})",
+    ):
+        return False
+    off = outside(referee.problem, step.at)
+    return found.check(
+        "coordinates",
+        off <= referee.tolerances.coordinate,
+        f"'at' {list(step.at)} is out of bounds by {off:.3g} of the range",
+    )
+
+
+def _check_finger(referee: Referee, step: RegraspStep, found: Findings) -> bool:
+    """Judge which finger is lifted and the lists with one entry per finger."""
+    count, finger = referee.problem.fingers.count, step.finger
+    if not found.check(
+        "lifted finger",
+        finger < count,
+        f"finger {finger} is lifted; the hand's fingers are 0 to {count - 1}",
+    ):
+        return False
+    sizes = (len(step.modes), len(step.f_com), len(step.placements))
+    if not found.check(
+        "lifted finger",
+        sizes == (count, count, count),
+        f"modes, f_com and placements have {sizes} entries; the hand has {count} fingers",
+    ):
+        return False
+    held = step.placements[finger]
+    check_placement(referee, "from", step.from_, found)
+    found.check(
+        "lifted finger",
+        (step.from_.face, step.from_.cell) == (held.face, held.cell),
+        f"'from' is {step.from_.face}:{list(step.from_.cell)}; finger {finger} is at "
+        f"{held.face}:{list(held.cell)}",
+    )
+    missing = [i for i, mode in enumerate(step.modes) if mode is None]
+    return found.check(
+        "lifted finger",
+        missing == [finger] and step.f_com[finger] is None,
+        f"finger {finger} is lifted, so its mode and f_com, and no other finger's mode, are "
+        f"null; modes are {list(step.modes)}, f_com {list(step.f_com)}",
+    )
+
+
+def _check_target(
+    referee: Referee, step: RegraspStep, rows: Placements, target: int, found: Findings
+) -> None:
+    found.check(
+        "target",
+        target != rows[step.finger],
+        f"finger {step.finger} is set down at {named(referee, target)}, where it was",
+    )
+    taken = [i for i, row in enumerate(rows) if row == target and i != step.finger]
+    found.check(
+        "target",
+        not taken,
+        f"{named(referee, target)} is taken by finger {taken[0] if taken else ''}",
+    )
+    after = (*rows[: step.finger], target, *rows[step.finger + 1 :])
+    reason = referee.blocked(step.at, after)
+    found.check(
+        "target", reason is None, f"finger {step.finger} at {named(referee, target)}: {reason}"
+    )
+
+
+def _check_rest(referee: Referee, step: RegraspStep, rows: Placements, found: Findings) -> None:
+    rest = tuple(i for i in range(len(rows)) if i != step.finger)
+    hold = Hold(
+        contacts=referee.contacts(step.at, None),
+        fingers=rest,
+        rows=tuple(rows[i] for i in rest),
+        modes=tuple(ControlMode(step.modes[i]) for i in rest),
+        f_com=tuple(step.f_com[i] for i in rest),
+        z=step.z,
+        segment=None,
+    )
+    check_hold(referee, hold, found)

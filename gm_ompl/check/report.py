@@ -1,0 +1,145 @@
+"""What a check found: per step what holds, and every violation with its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Violation:
+    """One claim of the plan that does not hold.
+
+    Attributes:
+        step: number of the step, from 0 as in the file's list; None for the plan as a whole.
+        segment: number of the segment within the step, from 0, or None.
+        topic: what kind of claim, one word or two ("pose", "placement", "z", ...).
+        message: what is claimed, what holds, and by how much they differ.
+    """
+
+    step: int | None
+    segment: int | None
+    topic: str
+    message: str
+
+    def __str__(self) -> str:
+        place = "plan" if self.step is None else f"step {self.step}"
+        if self.segment is not None:
+            place += f", segment {self.segment}"
+        return f"{place}: {self.topic}: {self.message}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the violation as plain values."""
+        return {
+            "step": self.step,
+            "segment": self.segment,
+            "topic": self.topic,
+            "message": self.message,
+        }
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """What holds in one step.
+
+    Attributes:
+        number: the step's number, from 0.
+        kind: "displacement" or "regrasp".
+        where: what the step does, in coordinates and fingers.
+        z: the least stability margin recomputed in the step; None where none could be.
+        cost: the step's cost recomputed; None where it could not be.
+        checked: the topics that were judged, in order.
+        failed: those of them with a violation.
+    """
+
+    number: int
+    kind: str
+    where: str
+    z: float | None
+    cost: float | None
+    checked: tuple[str, ...]
+    failed: tuple[str, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing in the step is violated."""
+        return not self.failed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values."""
+        return {
+            "step": self.number,
+            "kind": self.kind,
+            "where": self.where,
+            "holds": self.holds,
+            "z": self.z,
+            "cost": self.cost,
+            "checked": list(self.checked),
+            "failed": list(self.failed),
+        }
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """The judgement on a plan.
+
+    Attributes:
+        status: the status that the plan claims.
+        steps: per step what holds.
+        violations: everything that does not hold, in order of the steps.
+        notes: what a reader should know of the judgement.
+    """
+
+    status: str
+    steps: tuple[StepReport, ...]
+    violations: tuple[Violation, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def holds(self) -> bool:
+        """Whether the whole plan holds."""
+        return not self.violations
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        return {
+            "holds": self.holds,
+            "status": self.status,
+            "steps": [step.to_dict() for step in self.steps],
+            "violations": [violation.to_dict() for violation in self.violations],
+            "notes": list(self.notes),
+        }
+
+    def table(self) -> str:
+        """Return the report as text: a row per step, then violations and notes."""
+        rows = [("step", "kind", "where", "least z", "cost", "holds")]
+        rows += [
+            (
+                str(step.number),
+                step.kind,
+                step.where,
+                "-" if step.z is None else f"{step.z:.6g}",
+                "-" if step.cost is None else f"{step.cost:.6g}",
+                ", ".join(step.checked) if step.holds else f"NOT: {', '.join(step.failed)}",
+            )
+            for step in self.steps
+        ]
+        lines = _aligned(rows) if self.steps else []
+        lines += [str(violation) for violation in self.violations]
+        lines += [f"note: {note}" for note in self.notes]
+        count = len(self.violations)
+        plural = "s" if count > 1 else ""
+        verdict = f"the plan does NOT hold: {count} violation{plural}"
+        if self.holds:
+            solved = self.status == "solved"
+            verdict = "the plan holds" if solved else f"consistent ({self.status}, no plan)"
+        return "\n".join([*lines, verdict])
+
+
+def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]

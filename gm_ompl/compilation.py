@@ -1,0 +1,65 @@
+"""Compilation: the only import of numba, and where its cache lives.
+
+Numba's own cache key knows the file of the decorated function alone: editing a helper in another
+file would leave its callers' machine code stale. The cache folder is therefore named after a hash
+of all sources that hold compiled functions.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+_log = logging.getLogger(__name__)
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.rglob("*.py")):
+        text = source.read_bytes()
+        if b"@compiled" in text:
+            digest.update(text)
+    digest.update(f"{numba.__version__} {sys.version_info[:2]}".encode())
+    return digest.hexdigest()[:16]
+
+
+def _cache_folder() -> Path | None:
+    """Return a writable folder for machine code, or None where nothing is writable."""
+    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    folder = Path(home) / "gm_ompl" / f"kernel-{_source_hash()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".probe-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except OSError:
+        return None
+    return folder
+
+
+CACHE = _cache_folder()
+if CACHE is None:
+    _log.warning("no writable cache folder: the mechanics kernel is compiled anew in each process")
+else:
+    numba.config.CACHE_DIR = str(CACHE)
+
+
+def is_compiled() -> bool:
+    """Whether machine code of an earlier run is there to be loaded."""
+    return CACHE is not None and any(CACHE.rglob("*.nbi"))
+
+
+def compiled(function: _Function) -> _Function:
+    """Compile ``function`` on first call; the machine code is kept for later runs."""
+    jitted: _Function = numba.njit(cache=CACHE is not None, nogil=True, error_model="numpy")(
+        function
+    )
+    return jitted

@@ -1,0 +1,1 @@
+"""Where the object touches its environment, and which contacts slide."""

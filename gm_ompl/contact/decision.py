@@ -1,0 +1,43 @@
+"""The outcome of Sec. 3.4, shared by the kernel and the reference."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+
+class ControlMode(enum.Enum):
+    """How a finger is controlled (assumption 9)."""
+
+    POSITION = "position"
+    FORCE = "force"
+
+
+class Outcome(enum.Enum):
+    """How a mode decision ended; the value is a sentence for the user."""
+
+    STABLE = "some modes pass Problem (5) and reach equilibrium"
+    INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
+    BELOW = "z is smaller than the threshold asked about, for every choice of modes"
+    NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
+
+
+@dataclass(frozen=True)
+class ModeDecision:
+    """The best combination of control modes at an instant.
+
+    Attributes:
+        outcome: how the decision ended.
+        z: the stability margin in the scenario's units of force, never negative where
+            ``outcome`` is STABLE; an upper bound on it where BELOW; else -inf.
+        modes: per finger; empty unless STABLE.
+        f_com: commanded normal force per finger, None under position control; empty unless
+            STABLE.
+        direction: number of the direction l_i that limits z (0..75), or -1.
+    """
+
+    outcome: Outcome
+    z: float
+    modes: tuple[ControlMode, ...] = ()
+    f_com: tuple[float | None, ...] = ()
+    direction: int = -1

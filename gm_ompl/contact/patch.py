@@ -1,0 +1,129 @@
+"""The contact patch of two convex pieces: where contact forces may act, and along which normal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.polygon import (
+    Point2,
+    clip,
+    convex_hull,
+    depth_inside,
+    distance,
+    plane_basis,
+    side,
+)
+from gm_ompl.geometry.separation import PlacedPiece, edge_gaps, face_gaps
+
+
+class Patch(NamedTuple):
+    """Vertices (k, 3) of a contact patch, counter-clockwise about its unit ``normal`` (3,)."""
+
+    points: Array
+    normal: Array
+
+
+def contact_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | None:
+    """Return where ``a`` touches ``b``, its normal pointing into ``a``; None if nowhere.
+
+    The pieces touch where the gap along the best separating axis is at most ``tolerance`` either
+    way. The normal is that of ``b``'s face if one takes part, else of ``a``'s, else the cross
+    product of the crossed edges. A vertex on a vertex or on an edge, and edges that lie along
+    each other without a face, have no normal of their own: no patch.
+    """
+    of_b, of_a = face_gaps(b, a), face_gaps(a, b)
+    best = max(float(of_b.max()), float(of_a.max()))
+    if best > tolerance:
+        return None
+    # A face within the tolerance of the best axis ties with it. Where a face has a patch, the
+    # bodies share its points, so no pair of edges can separate them: no need to look.
+    if best >= -tolerance:
+        for k in np.flatnonzero(of_b >= max(best - tolerance, -tolerance)):
+            points = _face_patch(b, a, int(k), tolerance)
+            if points is not None:
+                return Patch(points, b.normals[k])
+        for k in np.flatnonzero(of_a >= max(best - tolerance, -tolerance)):
+            points = _face_patch(a, b, int(k), tolerance)
+            if points is not None:
+                return Patch(points[::-1], -a.normals[k])
+    return _edge_patch(a, b, tolerance)
+
+
+def _face_patch(
+    owner: PlacedPiece, other: PlacedPiece, face: int, tolerance: float
+) -> Array | None:
+    """Return the patch on one of the owner's faces, seen from outside; None if it has no extent.
+
+    The face's neighbours within the tolerance of its plane belong to it.
+    """
+    normal, offset = owner.normals[face], owner.offsets[face]
+    chart = _Chart(normal, offset)
+    window = chart.corners(owner, tolerance)
+    foot = chart.corners(other, tolerance)
+    if len(window) < 3 or not foot:
+        return None
+    if len(foot) == 1:
+        inside = depth_inside(window, foot[0]) > tolerance
+        return chart.lift(foot) if inside else None
+    part = clip(foot, window)
+    if len(part) < 2:
+        return None
+    corners = [part[i] for i in convex_hull(part, tolerance)]
+    if len(corners) == 1 or (len(corners) == 2 and len(foot) > 2):
+        return None
+    if len(corners) == 2:
+        (ax, ay), (bx, by) = corners
+        if depth_inside(window, ((ax + bx) / 2, (ay + by) / 2)) <= tolerance:
+            return None
+    return chart.lift(corners)
+
+
+def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | None:
+    """Return the point where an edge of ``a`` crosses one of ``b``, inside both."""
+    widths, normals = edge_gaps(a, b)
+    best = float(widths.max(initial=-np.inf))
+    if abs(best) > tolerance:
+        return None
+    for k in np.flatnonzero(widths >= max(best - tolerance, -tolerance)):
+        normal = normals[k]
+        of_a, of_b = (a.vertices @ normal).min(), (b.vertices @ normal).max()
+        chart = _Chart(normal, (of_a + of_b) / 2)
+        point = _crossing(chart.corners(a, tolerance), chart.corners(b, tolerance), tolerance)
+        if point is not None:
+            return Patch(chart.lift([point]), normal)
+    return None
+
+
+def _crossing(first: list[Point2], second: list[Point2], tolerance: float) -> Point2 | None:
+    """Return where two segments cross, at least ``tolerance`` from all four ends."""
+    if len(first) != 2 or len(second) != 2:
+        return None
+    (p, q), (r, s) = first, second
+    before, after = side(r, s, p), side(r, s, q)
+    if before * after >= 0.0 or side(p, q, r) * side(p, q, s) >= 0.0:
+        return None
+    t = before / (before - after)
+    x = (p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]))
+    return x if min(distance(x, end) for end in (p, q, r, s)) > tolerance else None
+
+
+class _Chart:
+    """Coordinates in the contact plane ``normal . x = offset``."""
+
+    def __init__(self, normal: Array, offset: float) -> None:
+        self.normal, self.offset = normal, offset
+        self.basis = plane_basis(normal)
+
+    def corners(self, body: PlacedPiece, tolerance: float) -> list[Point2]:
+        """Return the hull of the body's vertices in the plane: a point, segment or polygon."""
+        near = np.abs(body.vertices @ self.normal - self.offset) <= tolerance
+        points = [(x, y) for x, y in (body.vertices[near] @ self.basis.T).tolist()]
+        return [points[i] for i in convex_hull(points, tolerance)] if points else []
+
+    def lift(self, points: list[Point2]) -> Array:
+        """Return plane points (k, 2) in space, (k, 3)."""
+        lifted: Array = np.array(points) @ self.basis + self.offset * self.normal
+        return lifted

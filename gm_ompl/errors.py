@@ -1,0 +1,89 @@
+"""The exception tree.
+
+    GmOmplError                  everything this package raises on purpose
+    |-- InputError               the user's input is wrong (command line: exit code 2)
+    |   |-- ScenarioError        a scenario file or name; carries file, line, key and value
+    |   |-- PlanFileError        a plan file
+    |   |-- GeometryError        impossible or unusable shapes
+    |   |-- UnknownPlannerError  no planner of that name; carries the valid names
+    |   `-- MissingExtraError    an optional library is not installed
+    |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
+    `-- SolverError              an LP solver ended in a way that allows no verdict
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+
+
+class GmOmplError(Exception):
+    """Base class of all exceptions raised by gm_ompl."""
+
+
+class InputError(GmOmplError):
+    """The input is wrong; the message says what, where and what would be right."""
+
+
+class ScenarioError(InputError):
+    """A scenario cannot be used.
+
+    Attributes:
+        problems: one line per mistake, each with file, line, key path, value and remedy.
+    """
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class PlanFileError(InputError):
+    """A plan file cannot be read."""
+
+
+class GeometryError(InputError):
+    """A shape is impossible or cannot be used (degenerate, not convex, NaN)."""
+
+
+class UnknownPlannerError(InputError):
+    """No planner has the given name.
+
+    Attributes:
+        name: what was asked for.
+        valid: the names that exist.
+    """
+
+    def __init__(self, name: str, valid: Iterable[str]) -> None:
+        self.name, self.valid = name, tuple(valid)
+        super().__init__(
+            f"unknown planner {name!r}{did_you_mean(name, self.valid)}; "
+            f"planners are: {', '.join(self.valid)}"
+        )
+
+
+class MissingExtraError(InputError):
+    """An optional library is missing; the message says how to install it."""
+
+    def __init__(self, library: str, extra: str) -> None:
+        self.library, self.extra = library, extra
+        super().__init__(f'{library} is not installed; run: pip install "gm-ompl[{extra}]"')
+
+
+class ShapeError(GmOmplError):
+    """An array has the wrong shape or an entry that is not finite."""
+
+    def __init__(
+        self, name: str, have: tuple[int, ...], want: tuple[int | None, ...], why: str = ""
+    ) -> None:
+        expected = "(" + ", ".join("any" if n is None else str(n) for n in want) + ")"
+        super().__init__(f"{name}: {why or f'shape {have}, expected {expected}'}")
+
+
+class SolverError(GmOmplError):
+    """An LP solver returned neither an answer nor a certificate."""
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """Return ``"; did you mean 'x'?"`` for the closest of ``valid``, or an empty string."""
+    close = difflib.get_close_matches(name, list(valid), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

@@ -1,0 +1,124 @@
+"""The back end that decides with the compiled kernel, and keeps what it learns on the way."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.contact.decision import ModeDecision, Outcome
+from gm_ompl.contact.state import ContactState
+from gm_ompl.feasibility.keys import contact_key, finger_kinds
+from gm_ompl.mechanics import columns, modes
+from gm_ompl.mechanics.cuts import CutPool
+from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
+from gm_ompl.problem import Placements, Problem
+
+
+@final
+class KernelBackend:
+    """Mode decisions from ``gm_ompl.mechanics``, remembered.
+
+    Attributes:
+        decisions: mode decisions computed so far; answers from the memo are not counted.
+        scale: the unit of force inside the kernel.
+        pool: the cuts that decisions of the whole hand have left, forces over ``scale``.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.decisions = 0
+        self._problem = problem
+        hand, settings = problem.fingers, problem.mechanics
+        self._U = columns.wrench_norm(problem.mass, problem.inertia)
+        weight = problem.mass * settings.gravity
+        self.scale = weight if weight > 0 else float(hand.max_normal_force.max(initial=0.0)) or 1.0
+        self._weight = weight / self.scale
+        self._f_max = hand.max_normal_force / self.scale
+        self._kinds = finger_kinds(problem)
+        self._tips = self._tip_columns()
+        self._numbers: dict[bytes, int] = {}
+        self._env: list[Array] = []
+        self._load: list[Array] = []
+        self._memo: dict[tuple[int, Placements, Placements], tuple[bool, ModeDecision]] = {}
+        self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
+
+    def _tip_columns(self) -> Array:
+        """Return every finger's columns at every placement for unit normal force (n, P, s, 6)."""
+        hand, s = self._problem.fingers, self._problem.mechanics.cone_edges
+        table = hand.placements
+        tips = np.empty((hand.count, len(table), s, 6))
+        for i in range(hand.count):
+            mu = float(hand.friction[i])
+            tips[i] = columns.fingertip_columns(table.points, table.normals, mu, s, self._U)
+        return tips
+
+    def environment(self, contacts: ContactState) -> int:
+        """Register a contact state; equal states get the same number."""
+        key = contact_key(contacts, self._problem.body.diagonal)
+        number = self._numbers.setdefault(key, len(self._env))
+        if number == len(self._env):
+            settings = self._problem.mechanics
+            mu = self._problem.environment.friction
+            self._env.append(
+                columns.environment_columns(contacts, mu, settings.cone_edges, self._U)
+            )
+            self._load.append(columns.load(contacts.rotation, self._weight, self._U))
+        return number
+
+    def decide(
+        self,
+        environment: int,
+        fingers: tuple[int, ...],
+        placements: Placements,
+        below: float = 0.0,
+    ) -> ModeDecision:
+        """Return the best modes for ``fingers`` at ``placements`` (same length).
+
+        Args:
+            environment: number of the contact state.
+            fingers: who touches.
+            placements: where.
+            below: where z is proven smaller than this, outcome BELOW and a bound will do.
+
+        Raises:
+            SolverError: the kernel found neither a decision nor a proof.
+        """
+        key = (environment, tuple(self._kinds[i] for i in fingers), placements)
+        exact, known = self._memo.get(key, (False, None))
+        if known is None or not (exact or known.z < below):
+            known = self._solve(environment, fingers, placements, below)
+            self._memo[key] = known.outcome is not Outcome.BELOW, known
+        return known
+
+    def _solve(
+        self, environment: int, fingers: tuple[int, ...], placements: Placements, below: float
+    ) -> ModeDecision:
+        self.decisions += 1
+        hand = np.asarray(fingers, dtype=np.int64)
+        tips = self._tips[hand, np.asarray(placements, dtype=np.int64)]
+        f_com, y = np.zeros(len(hand)), np.zeros(6)
+        end, z, direction, mask = modes.decide(
+            self._env[environment], self._load[environment], tips, self._f_max[hand], DIRECTIONS,
+            below / self.scale, -1, f_com, y,
+        )  # fmt: skip
+        if y.any() and len(hand) == len(self._f_max):
+            self.pool.add(environment, self._load[environment], y)
+        if end == modes.UNDER:
+            return ModeDecision(Outcome.BELOW, float(z) * self.scale)
+        return as_decision(end, z * self.scale, direction, mask, f_com * self.scale)
+
+    def bound(self, environment: int, fingers: tuple[int, ...], placements: Placements) -> float:
+        """Return an upper bound on z of ``decide``, from what was decided so far."""
+        known = self._memo.get((environment, tuple(self._kinds[i] for i in fingers), placements))
+        if known is not None:
+            return known[1].z
+        if len(fingers) != len(self._f_max):
+            return math.inf
+        return self.pool.bound(environment, np.asarray(placements, dtype=np.int64)) * self.scale
+
+    def forget(self) -> None:
+        """Empty memo and cuts; the numbers of contact states stay valid."""
+        self._memo.clear()
+        self.pool.clear()

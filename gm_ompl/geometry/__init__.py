@@ -1,0 +1,1 @@
+"""Shapes and places; knows no forces."""

@@ -1,0 +1,160 @@
+"""Which configurations penetrate nothing: the door to FCL.
+
+Touching is allowed, and FCL's answer for touching bodies is a coin flip. So FCL decides where
+bodies clearly overlap or clearly do not, and exact tests decide in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import fcl
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.separation import PlacedPiece, penetrates, placed
+from gm_ompl.geometry.solids import Body, ConvexPiece
+
+EXACT = 1e-9
+"""Penetration allowed between boxes and spheres, relative to D."""
+
+COARSE = 1e-6
+"""Penetration allowed where a hull takes part, relative to D."""
+
+CLEAR = 1e-4
+"""Gap or overlap, relative to D, beyond which FCL is trusted: far above its own tolerances."""
+
+UNIT = 10.0
+"""D inside FCL, whose tolerances are absolute."""
+
+_PLAIN = fcl.CollisionRequest()
+
+
+class Scene:
+    """The object, its environment, and whether they penetrate each other at a pose.
+
+    Args:
+        body: the object, object frame.
+        obstacles: fixed bodies, world frame.
+        floor: whether the half space z < 0 is solid.
+    """
+
+    def __init__(self, body: Body, obstacles: Sequence[Body], floor: bool) -> None:
+        self._body, self._floor = body, floor
+        self._D = body.diagonal
+        self._scale = UNIT / self._D
+        self._obstacles = [piece for other in obstacles for piece in other.pieces]
+        self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
+        self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
+        self._models = [self._model(piece) for piece in self._obstacles]
+        self._own_models = [self._model(piece) for piece in body.pieces]
+        self._grown = [self._model(piece, +CLEAR) for piece in body.pieces]
+        self._shrunk = [self._model(piece, -CLEAR) for piece in body.pieces]
+
+    def object_free(self, pose: Pose) -> bool:
+        """Whether the object penetrates neither floor nor obstacles at ``pose``."""
+        for k, piece in enumerate(self._body.pieces):
+            here = placed(piece, pose)
+            low, high = here.bounds
+            if self._floor and low[2] < -self._tolerance(piece):
+                return False
+            for j in self._near(low, high):
+                if self._overlaps(k, here, pose, int(j)):
+                    return False
+        return True
+
+    def free_placements(
+        self, pose: Pose, centres: Array, radius: float, piece: IntArray
+    ) -> BoolArray:
+        """Return which fingertips (P,) penetrate neither environment nor object.
+
+        Args:
+            pose: where the object is.
+            centres: (P, 3), the fingertips' centres, object frame.
+            radius: their radius.
+            piece: (P,), the object's piece that each touches; it is not tested against that one.
+        """
+        world = pose.apply(centres)
+        free = np.ones(len(centres), dtype=bool)
+        if not len(centres):
+            return free
+        if self._floor:
+            free &= world[:, 2] >= radius - EXACT * self._D
+        for j in self._near(world.min(axis=0) - radius, world.max(axis=0) + radius):
+            rows = np.flatnonzero(free)
+            free[rows] = self._clear(self._obstacles[j], self._models[j], world[rows], radius)
+        if len(self._body.pieces) > 1:
+            for k, own in enumerate(self._body.pieces):
+                rows = np.flatnonzero(free & (piece != k))
+                free[rows] = self._clear(own, self._own_models[k], centres[rows], radius)
+        return free
+
+    def tips_apart(
+        self, centres_a: Array, radius_a: float, centres_b: Array, radius_b: float
+    ) -> BoolArray:
+        """Return (A, B), which fingertips at (A, 3) and (B, 3) do not penetrate each other."""
+        steps = centres_a[:, None, :] - centres_b[None, :, :]
+        least = max(radius_a + radius_b - EXACT * self._D, 0.0)
+        apart: BoolArray = np.einsum("abk,abk->ab", steps, steps) >= least**2
+        return apart
+
+    def _near(self, low: Array, high: Array) -> IntArray:
+        """Return the obstacle pieces whose bounding box reaches into the given one."""
+        near: IntArray = np.flatnonzero(((self._low < high) & (self._high > low)).all(axis=1))
+        return near
+
+    def _tolerance(self, *pieces: ConvexPiece) -> float:
+        return (EXACT if all(piece.is_box for piece in pieces) else COARSE) * self._D
+
+    def _overlaps(self, k: int, here: PlacedPiece, pose: Pose, j: int) -> bool:
+        """Whether the object's piece ``k`` penetrates the obstacle piece ``j``."""
+        transform = fcl.Transform(
+            np.ascontiguousarray(pose.rotation), np.array(pose.position) * self._scale
+        )
+        self._grown[k].setTransform(transform)
+        if not _collide(self._grown[k], self._models[j]):
+            return False
+        self._shrunk[k].setTransform(transform)
+        if _collide(self._shrunk[k], self._models[j]):
+            return True
+        other = self._obstacles[j]
+        return penetrates(here, placed(other), self._tolerance(here.piece, other))
+
+    def _clear(
+        self, piece: ConvexPiece, model: fcl.CollisionObject, centres: Array, radius: float
+    ) -> BoolArray:
+        """Return which spheres (P,) do not penetrate a piece, all in one frame."""
+        least = radius - self._tolerance(piece)
+        heights = centres @ piece.face_normals.T - piece.face_offsets
+        if piece.is_box:
+            # At most one face of each opposite pair is below the point: Pythagoras.
+            beyond = np.maximum(heights, 0.0)
+            on_box: BoolArray = np.einsum("pf,pf->p", beyond, beyond) >= least**2
+            return on_box
+        highest = heights.max(axis=1)
+        clear: BoolArray = highest >= least
+        undecided = np.flatnonzero(~clear & (highest > 0.0))
+        if len(undecided):
+            tip = fcl.CollisionObject(fcl.Sphere(least * self._scale))
+            for row, centre in zip(undecided, centres[undecided] * self._scale, strict=True):
+                tip.setTranslation(centre)
+                clear[row] = not _collide(tip, model)
+        return clear
+
+    def _model(self, piece: ConvexPiece, margin: float = 0.0) -> fcl.CollisionObject:
+        """Return a piece in FCL's units, scaled about its middle to move every face by ``margin``.
+
+        The margin is relative to D; a thin piece shrinks to no less than half its size.
+        """
+        middle = piece.vertices.mean(axis=0)
+        least = float((piece.face_offsets - piece.face_normals @ middle).min())
+        factor = max(1.0 + margin * self._D / least, 0.5)
+        corners = (middle + factor * (piece.vertices - middle)) * self._scale
+        faces = np.array([n for face in piece.faces for n in (len(face), *face)])
+        return fcl.CollisionObject(fcl.Convex(corners, len(piece.faces), faces))
+
+
+def _collide(a: fcl.CollisionObject, b: fcl.CollisionObject) -> bool:
+    # A used result accumulates answers: each query gets its own.
+    return bool(fcl.collide(a, b, _PLAIN, fcl.CollisionResult()))

@@ -1,0 +1,146 @@
+"""Convex hull of a point cloud with coplanar triangles merged into polygons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.errors import GeometryError
+from gm_ompl.geometry.polygon import convex_hull, plane_basis
+
+COPLANAR = 1e-7
+"""Points this close to a plane, relative to the hull's extent, lie in it: above the rounding of
+single-precision mesh files, and the tolerance of a touching contact."""
+
+FLAT = 1e-6
+"""A hull thinner than this, relative to its extent, is refused: its faces would merge."""
+
+PARALLEL = 1e-9
+"""Directions with a smaller sine between them count as parallel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Polyhedron:
+    """A convex polyhedron's corners, faces and edge directions (see ``ConvexPiece``)."""
+
+    vertices: Array
+    faces: tuple[tuple[int, ...], ...]
+    normals: Array
+    offsets: Array
+    edge_directions: Array
+
+    @property
+    def is_box(self) -> bool:
+        """Whether six rectangles meet at right angles."""
+        if len(self.vertices) != 8 or len(self.faces) != 6 or len(self.edge_directions) != 3:
+            return False
+        gram = self.edge_directions @ self.edge_directions.T
+        return bool(np.abs(gram - np.eye(3)).max() <= PARALLEL)
+
+
+def polyhedron(cloud: Array) -> Polyhedron:
+    """Return the convex hull of finite points (n, 3), n >= 4.
+
+    Raises:
+        GeometryError: the points lie in one plane, or so close together that no clean polyhedron
+            comes out.
+    """
+    centre = (cloud.max(axis=0) + cloud.min(axis=0)) / 2
+    extent = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+    if extent == 0.0:
+        raise GeometryError("a hull's points all coincide")
+    # Qhull's own tolerances are absolute in places: work at unit size about the origin.
+    local = (cloud - centre) / extent
+    try:
+        found = ConvexHull(local)
+    except QhullError as error:
+        raise GeometryError("a hull's points all lie in one plane") from error
+    width = (-found.equations[:, 3] - (found.equations[:, :3] @ local.T).min(axis=1)).min()
+    if width < FLAT:
+        raise GeometryError(
+            f"a hull's points all lie in one plane, or nearly so: it is {width * extent:.3g} thick "
+            f"and {extent:.3g} across"
+        )
+    return _assemble(cloud, _faces(local, found))
+
+
+def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
+    """Return each face's corners, counter-clockwise from outside, flood-filled from triangles."""
+    corners = local[found.simplices]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    free = np.ones(len(areas), dtype=bool)
+    faces = []
+    # Large triangles first: a sliver's own plane is unreliable.
+    for seed in np.argsort(-areas, kind="stable"):
+        if not free[seed]:
+            continue
+        normal, shift = found.equations[seed, :3], found.equations[seed, 3]
+        flat = (np.abs(corners @ normal + shift) <= COPLANAR).all(axis=1)
+        triangles = _flood(int(seed), flat & free, found)
+        free[triangles] = False
+        members = sorted(set(found.simplices[triangles].ravel()))
+        plane = local[members] @ plane_basis(normal).T
+        ring = convex_hull([(float(x), float(y)) for x, y in plane], COPLANAR)
+        faces.append([int(members[i]) for i in ring])
+    return faces
+
+
+def _flood(seed: int, allowed: BoolArray, found: ConvexHull) -> list[int]:
+    reached, front = {seed}, [seed]
+    while front:
+        for other in found.neighbors[front.pop()]:
+            if allowed[other] and other not in reached:
+                reached.add(int(other))
+                front.append(int(other))
+    return sorted(reached)
+
+
+def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
+    used = sorted({i for ring in rings for i in ring})
+    number = {old: new for new, old in enumerate(used)}
+    vertices = cloud[used]
+    normals = np.array([_normal(cloud[ring]) for ring in rings])
+    order = sorted(range(len(rings)), key=lambda f: tuple(-np.round(normals[f], 9)))
+    faces = tuple(_from_least([number[i] for i in rings[f]]) for f in order)
+    normals = normals[order]
+    edges = {(a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
+    if any(len(face) < 3 for face in faces) or any((b, a) not in edges for a, b in edges):
+        raise GeometryError(
+            "a hull's points are too close together to tell its faces apart; leave out points "
+            f"nearer than {COPLANAR:g} of its extent to a face or an edge"
+        )
+    offsets = np.array([
+        float((vertices[list(face)] @ normal).mean())
+        for face, normal in zip(faces, normals, strict=True)
+    ])  # fmt: skip
+    tails, heads = np.array(sorted(e for e in edges if e[0] < e[1])).T
+    return Polyhedron(
+        vertices, faces, normals, offsets, directions(vertices[heads] - vertices[tails])
+    )
+
+
+def _normal(ring: Array) -> Array:
+    """Return the unit normal of a polygon (k, 3) by Newell's sum of cross products."""
+    local = ring - ring[0]
+    total = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    normal: Array = total / np.linalg.norm(total)
+    return normal
+
+
+def _from_least(ring: list[int]) -> tuple[int, ...]:
+    start = ring.index(min(ring))
+    return (*ring[start:], *ring[:start])
+
+
+def directions(vectors: Array) -> Array:
+    """Return one unit vector (e, 3) per set of parallel ``vectors``, in order of appearance."""
+    kept: list[Array] = []
+    for vector in vectors / np.linalg.norm(vectors, axis=1, keepdims=True):
+        if not kept or np.linalg.norm(np.cross(kept, vector), axis=1).min() > PARALLEL:
+            kept.append(vector)
+    return np.array(kept)

@@ -1,0 +1,151 @@
+"""Solid bodies as lists of convex pieces."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gm_ompl.arrays import Array, read_only
+from gm_ompl.errors import GeometryError
+from gm_ompl.geometry.facets import polyhedron
+
+BOX_LABELS = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""Names of a box's faces, in order."""
+
+_BOX_FACES = ((4, 6, 7, 5), (0, 1, 3, 2), (2, 3, 7, 6), (0, 4, 5, 1), (1, 5, 7, 3), (0, 2, 6, 4))
+"""Corners of a box's faces; a corner's number has bits x, y, z (4, 2, 1), 1 on the high side."""
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexPiece:
+    """A convex polyhedron.
+
+    Attributes:
+        vertices: (v, 3), its corners.
+        faces: per face, the corners' numbers, counter-clockwise seen from outside; coplanar
+            triangles are merged.
+        face_normals: (f, 3), unit, outward.
+        face_offsets: (f,), so that ``face_normals @ p <= face_offsets`` inside.
+        edge_directions: (e, 3), unit, one per set of parallel edges.
+        is_box: whether it is a box (a rectangular cuboid, at any orientation).
+        labels: the faces' names ("+x", ... or "0", "1", ...).
+    """
+
+    vertices: Array
+    faces: tuple[tuple[int, ...], ...]
+    face_normals: Array
+    face_offsets: Array
+    edge_directions: Array
+    is_box: bool = False
+    labels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, shape in (
+            ("vertices", (None, 3)),
+            ("face_normals", (len(self.faces), 3)),
+            ("face_offsets", (len(self.faces),)),
+            ("edge_directions", (None, 3)),
+        ):
+            object.__setattr__(self, name, read_only(getattr(self, name), shape, name))
+
+    @cached_property
+    def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Least and greatest coordinates of the axis-parallel bounding box."""
+        return tuple(self.vertices.min(axis=0).tolist()), tuple(self.vertices.max(axis=0).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body: the union of its convex pieces, all in one frame."""
+
+    pieces: tuple[ConvexPiece, ...]
+
+    @cached_property
+    def vertices(self) -> Array:
+        """All pieces' corners, (v, 3)."""
+        return read_only(
+            np.concatenate([piece.vertices for piece in self.pieces]), (None, 3), "vertices"
+        )
+
+    @cached_property
+    def diagonal(self) -> float:
+        """D, the diagonal of the bounding box along the body's own axes."""
+        corners = self.vertices
+        return float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
+
+
+def box(low: ArrayLike, high: ArrayLike) -> ConvexPiece:
+    """Return the axis-parallel box between two corners; faces in the order +x, -x, ..., -z.
+
+    Raises:
+        GeometryError: a side is not positive.
+    """
+    corners = np.array([low, high], dtype=np.float64)
+    if corners.shape != (2, 3):
+        raise GeometryError(f"a box needs two corners of 3 numbers each, not {low!r}, {high!r}")
+    if not np.isfinite(corners).all():
+        raise GeometryError(f"a box's corners must be finite, not {low!r}, {high!r}")
+    if not (corners[1] > corners[0]).all():
+        raise GeometryError(
+            f"a box's sides must be positive, but from {corners[0].tolist()} "
+            f"to {corners[1].tolist()} they are {(corners[1] - corners[0]).tolist()}"
+        )
+    bits = np.array(list(itertools.product((0, 1), repeat=3)))
+    normals = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
+    return ConvexPiece(
+        vertices=corners[bits, np.arange(3)],
+        faces=_BOX_FACES,
+        face_normals=normals + 0.0,  # no negative zeros
+        face_offsets=np.stack([corners[1], -corners[0]], axis=1).ravel(),
+        edge_directions=np.eye(3),
+        is_box=True,
+        labels=BOX_LABELS,
+    )
+
+
+def hull(points: ArrayLike) -> ConvexPiece:
+    """Return the convex hull of ``points`` (n, 3), coplanar triangles merged.
+
+    Points within 1e-7 of the hull's extent of a common plane form one face. Corners keep the
+    order of ``points``; faces are ordered by their normals, largest x first, then y, then z.
+
+    Raises:
+        GeometryError: fewer than four points, or all in one plane, or NaN or infinite.
+    """
+    cloud = np.array(points, dtype=np.float64)
+    if cloud.ndim != 2 or cloud.shape[1:] != (3,):
+        raise GeometryError(f"a hull needs points of 3 numbers each, not shape {cloud.shape}")
+    if len(cloud) < 4:
+        raise GeometryError(f"a hull needs at least 4 points, not {len(cloud)}")
+    if not np.isfinite(cloud).all():
+        row = int(np.flatnonzero(~np.isfinite(cloud).all(axis=1))[0])
+        raise GeometryError(f"a hull's points must be finite; point {row} is {cloud[row].tolist()}")
+    found = polyhedron(cloud)
+    return ConvexPiece(
+        vertices=found.vertices,
+        faces=found.faces,
+        face_normals=found.normals,
+        face_offsets=found.offsets,
+        edge_directions=found.edge_directions,
+        is_box=found.is_box,
+        labels=tuple(str(f) for f in range(len(found.faces))),
+    )
+
+
+def shifted(body: Body, offset: ArrayLike) -> Body:
+    """Return ``body`` moved by ``offset`` (3,)."""
+    step = np.asarray(offset, dtype=np.float64)
+    return Body(
+        tuple(
+            replace(
+                piece,
+                vertices=piece.vertices + step,
+                face_offsets=piece.face_offsets + piece.face_normals @ step,
+            )
+            for piece in body.pieces
+        )
+    )

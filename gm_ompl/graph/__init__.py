@@ -1,0 +1,1 @@
+"""The manipulation-feasibility graph of Sec. 4: nodes, arcs, costs, heuristics. No OMPL."""

@@ -1,0 +1,140 @@
+"""The object's part of displacement arcs: what all placement sets share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.cost import chords
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.problem import Placements, Problem
+
+REMEMBERED_BYTES = 100_000_000
+"""Arcs kept, by the size of their arrays; beyond, all are dropped and made again on demand."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectArc:
+    """One step of the object on its lattice, divided into P segments (Sec. 4.2).
+
+    Attributes:
+        head: the lattice node it leads to.
+        start: coordinates of its tail.
+        end: of its head, unwrapped.
+        midpoints: of its segments.
+        direction: of the motion, end - start.
+        environments: per segment, the back end's number of the contact state.
+        states: the different ones among them.
+        free: per finger, per placement: whether it is free at every midpoint and at the head.
+        lengths: per finger, (P, segments), |dq_finger i,j| of Eq. (9).
+        travel: per finger, per placement: their sum over the segments.
+    """
+
+    head: int
+    start: Coordinates
+    end: Coordinates
+    midpoints: tuple[Coordinates, ...]
+    direction: Coordinates
+    environments: tuple[int, ...]
+    states: tuple[int, ...]
+    free: tuple[Sequence[bool], ...]
+    lengths: tuple[Array, ...]
+    travel: tuple[Sequence[float], ...]
+
+    def admits(self, placements: Placements) -> bool:
+        """Whether no fingertip penetrates the environment along the arc."""
+        for mask, row in zip(self.free, placements, strict=True):  # noqa: SIM110 (twice as fast)
+            if not mask[row]:
+                return False
+        return True
+
+    def finger_lengths(self, placements: Placements) -> list[list[float]]:
+        """Return per finger, per segment, |dq_finger i,j|."""
+        return [table[row].tolist() for table, row in zip(self.lengths, placements, strict=True)]
+
+    def lengths_by_state(self, placements: Placements) -> list[list[float]]:
+        """Return per finger the lengths of its segments, summed over equal contact states."""
+        if len(self.states) == len(self.environments):
+            return self.finger_lengths(placements)
+        totals = []
+        for lengths in self.finger_lengths(placements):
+            total = dict.fromkeys(self.states, 0.0)
+            for state, length in zip(self.environments, lengths, strict=True):
+                total[state] += length
+            totals.append(list(total.values()))
+        return totals
+
+    def least_cost(self, placements: Placements) -> float:
+        """Return Eq. (9) for z = +inf."""
+        return max([t[row] for t, row in zip(self.travel, placements, strict=True)])
+
+
+@final
+class ObjectArcs:
+    """Arcs between lattice nodes, made on demand; those the object cannot take are left out."""
+
+    def __init__(self, problem: Problem, judge: Judge) -> None:
+        self._problem, self._judge = problem, judge
+        self._known: dict[int, Mapping[int, ObjectArc]] = {}
+        radii = len(set(problem.fingers.radius.tolist()))
+        numbers = 8 * (problem.cost.samples_per_arc + 1) + 32  # 32: a float and its place in a list
+        each = len(problem.fingers.placements) * radii * numbers + 2000
+        self._limit = max(64, REMEMBERED_BYTES // (each * 2 * problem.motion.dimension))
+
+    def leaving(self, config: int) -> Mapping[int, ObjectArc]:
+        """Return the arcs from lattice node ``config`` by their heads."""
+        known = self._known.get(config)
+        if known is None:
+            known = {}
+            for head, end in self._problem.lattice.neighbours(config):
+                arc = self._make(config, head, end)
+                if arc is not None:
+                    known[head] = arc
+            if len(self._known) >= self._limit:
+                self._known.clear()
+            self._known[config] = known
+        return known
+
+    def _make(self, tail: int, head: int, end: Coordinates) -> ObjectArc | None:
+        judge, motion, P = self._judge, self._problem.motion, self._problem.cost.samples_per_arc
+        start = self._problem.lattice.coordinates(tail)
+        direction = tuple(b - a for a, b in zip(start, end, strict=True))
+        midpoints = tuple(_along(start, end, (2 * j + 1) / (2 * P)) for j in range(P))
+        places = [judge.node(q) for q in midpoints]
+        # The node's own coordinates, not the unwrapped ones: the node is judged once.
+        places.append(judge.node(self._problem.lattice.coordinates(head)))
+        if not all(place.object_free for place in places):
+            return None
+        radii = self._problem.fingers.radius.tolist()
+        poses = [motion.pose(_along(start, end, j / P)) for j in range(P + 1)]
+        lengths: dict[float, Array] = {}
+        free: dict[float, list[bool]] = {}
+        for i, radius in enumerate(radii):
+            if radius not in lengths:
+                lengths[radius] = np.ascontiguousarray(chords(poses, judge.centres(i)).T)
+                free[radius] = np.logical_and.reduce([place.free[i] for place in places]).tolist()
+        travel = {radius: table.sum(axis=1).tolist() for radius, table in lengths.items()}
+        environments = tuple(judge.environment(q, direction) for q in midpoints)
+        return ObjectArc(
+            head=head,
+            start=start,
+            end=end,
+            midpoints=midpoints,
+            direction=direction,
+            environments=environments,
+            states=tuple(dict.fromkeys(environments)),
+            free=tuple(free[r] for r in radii),
+            lengths=tuple(lengths[r] for r in radii),
+            travel=tuple(travel[r] for r in radii),
+        )
+
+
+def _along(start: Coordinates, end: Coordinates, fraction: float) -> Coordinates:
+    if fraction == 1.0:
+        return end
+    return tuple(a + fraction * (b - a) for a, b in zip(start, end, strict=True))

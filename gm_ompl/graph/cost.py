@@ -1,0 +1,57 @@
+"""Costs of arcs: Eqs. (9) and (10), and the distances in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.pose import Pose
+
+
+def chords(poses: Sequence[Pose], centres: Array) -> Array:
+    """Return |dq_finger i,j|: how far points fixed on the object move between successive poses.
+
+    Args:
+        poses: the P + 1 poses at the ends of P segments.
+        centres: (m, 3), fingertip centres, object frame.
+
+    Returns:
+        (P, m), straight distances.
+    """
+    world = np.stack([pose.apply(centres) for pose in poses])
+    lengths: Array = np.linalg.norm(np.diff(world, axis=0), axis=2)
+    return lengths
+
+
+def stability_factor(z: float, X_stab: float) -> float:
+    """Return 1 + X_stab / z of Eq. (9); +inf where z is not positive."""
+    if z > 0.0:
+        return 1.0 + X_stab / z
+    return 1.0 if z == 0.0 and X_stab == 0.0 else math.inf
+
+
+def displacement_cost(
+    lengths: Sequence[Sequence[float]], z: Sequence[float], X_stab: float
+) -> float:
+    """Return Eq. (9), the largest of the fingers' travels, each weighted by stability.
+
+    Args:
+        lengths: per finger, per segment j, |dq_finger i,j|.
+        z: per segment, the stability margin.
+        X_stab: the weight of stability.
+    """
+    factors = [stability_factor(value, X_stab) for value in z]
+    if math.inf in factors:
+        return math.inf
+    return max(
+        sum(factor * length for factor, length in zip(factors, travel, strict=True))
+        for travel in lengths
+    )
+
+
+def travel(lengths: Sequence[Sequence[float]]) -> float:
+    """Return the largest of the fingers' travels: Eq. (9) for z = +inf, its lower bound."""
+    return max(sum(travelled) for travelled in lengths)

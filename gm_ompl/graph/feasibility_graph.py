@@ -1,0 +1,183 @@
+"""The manipulation-feasibility graph of Sec. 4.2, its nodes and arcs made on demand.
+
+A node is a placement set at a lattice node of the object, numbered set * lattice size + lattice
+node. Regrasping passes through hubs: the set with one finger LIFTED costs X_regr to enter, if the
+rest of the hand holds the object at rest, and nothing to leave to any free placement. Paths have
+the costs they have with the paper's arcs from placement to placement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import final
+
+import numpy as np
+
+from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.arcs import ObjectArc, ObjectArcs
+from gm_ompl.graph.cost import displacement_cost, stability_factor
+from gm_ompl.graph.goals import GoalNodes, restricted, start_node
+from gm_ompl.graph.heuristic import Heuristic
+from gm_ompl.graph.sets import LIFTED, PlacementSets, ordered_sets
+from gm_ompl.problem import Placements, Problem
+
+
+@final
+class FeasibilityGraph:
+    """The graph as best-first search sees it.
+
+    Args:
+        problem: the problem.
+        judge: its judge.
+        goals: the goal's nodes.
+        heuristic: a lower bound on the cost to the goal.
+
+    Attributes:
+        start: the lattice node of the start.
+        sets: the placement sets met so far.
+        arcs_of_object: displacement arcs, without the hand.
+    """
+
+    def __init__(
+        self, problem: Problem, judge: Judge, goals: GoalNodes, heuristic: Heuristic
+    ) -> None:
+        self._problem, self._judge = problem, judge
+        self._goals, self._heuristic = goals, heuristic
+        self._size = problem.lattice.size
+        self._z_min = problem.mechanics.z_min
+        self._X_stab, self._X_regr = problem.cost.stability, problem.cost.regrasp
+        self._fingers = tuple(range(problem.fingers.count))
+        self._rests: dict[int, int] = {}
+        self.start = start_node(problem)
+        self.sets = PlacementSets(problem.fingers.groups())
+        self.arcs_of_object = ObjectArcs(problem, judge)
+
+    def node(self, config: int, canonical: Placements) -> int:
+        """Return the number of the node with this lattice node and canonical set."""
+        return self.sets.number(canonical) * self._size + config
+
+    def parts(self, node: int) -> tuple[int, Placements]:
+        """Return the lattice node and the canonical set of ``node``."""
+        number, config = divmod(node, self._size)
+        return config, self.sets.placements(number)
+
+    def sources(self) -> Iterator[tuple[float, int]]:
+        """Yield (bound, node) of all start nodes; bounds on the estimates do not decrease."""
+        geometry = self._judge.node(self._problem.lattice.coordinates(self.start))
+        allowed = restricted(geometry.free, self._problem.fingers.start)
+        keys = self._heuristic.finger_estimates(self.start)
+        for bound, placements in ordered_sets(self.sets.groups, allowed, keys, self._judge.clear):
+            yield bound, self.node(self.start, placements)
+
+    def estimate(self, node: int) -> float:
+        """Return a lower bound on the cost from ``node`` to the goal."""
+        config, placements = self.parts(node)
+        return self._heuristic.estimate(config, placements)
+
+    def is_goal(self, node: int) -> bool:
+        """Whether ``node`` is joined to the virtual goal node."""
+        config, placements = self.parts(node)
+        return LIFTED not in placements and self._goals.contains(config, placements)
+
+    def arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
+        """Yield (head, least cost, exact): displacement arcs, or from a hub to all placements.
+
+        A cost that is not exact is a lower bound, and the arc is still to be judged.
+        """
+        config, placements = self.parts(node)
+        if LIFTED in placements:
+            for head in self._touching_down(config, placements):
+                yield head, 0.0, True
+            return
+        first = node - config
+        for head, arc in self.arcs_of_object.leaving(config).items():
+            if arc.admits(placements):
+                yield first + head, arc.least_cost(placements), False
+
+    def late_arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
+        """Yield (head, X_regr, False) of the arcs that lift a finger."""
+        config, placements = self.parts(node)
+        for hub in dict.fromkeys(
+            self.sets.replaced(placements, slot, LIFTED) for slot in self._fingers
+        ):
+            yield self.node(config, hub), self._X_regr, False
+
+    def late_bound(self, node: int) -> float:
+        """Return a lower bound on the cost to the goal if a finger is lifted next."""
+        _, placements = self.parts(node)
+        return math.inf if LIFTED in placements else max(self._X_regr, self.estimate(node))
+
+    def optimistic(self, tail: int, head: int) -> float:
+        """Return the present lower bound on an arc's cost; +inf where it cannot hold."""
+        config, placements = self.parts(tail)
+        end, after = self.parts(head)
+        if config == end:
+            return self._X_regr if self._rest_bound(config, after) >= self._z_min else math.inf
+        return self._bounded_cost(self.arcs_of_object.leaving(config)[end], placements)
+
+    def judge(self, tail: int, head: int) -> float:
+        """Return an arc's cost, (9) or (10); +inf where it is not feasible."""
+        config, placements = self.parts(tail)
+        end, after = self.parts(head)
+        if config == end:
+            return self._X_regr if self.rest(config, after).z >= self._z_min else math.inf
+        arc = self.arcs_of_object.leaving(config)[end]
+        decide = self._judge.backend.decide
+        z = []
+        for environment in arc.states:
+            z.append(decide(environment, self._fingers, placements, self._z_min).z)
+            if not z[-1] >= self._z_min:
+                return math.inf
+        return self._cost(arc, placements, z)
+
+    def decisions(self, arc: ObjectArc, canonical: Placements) -> tuple[ModeDecision, ...]:
+        """Return the mode decision of each of the arc's segments, fingers in canonical order."""
+        backend = self._judge.backend
+        return tuple(backend.decide(e, self._fingers, canonical) for e in arc.environments)
+
+    def rest(self, config: int, hub: Placements) -> ModeDecision:
+        """Return the decision for the fingers that touch, the object at rest.
+
+        Where z is below z_min, the decision may say no more than that.
+        """
+        fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
+        q = self._problem.lattice.coordinates(config)
+        return self._judge.rest(q, fingers, tuple(hub[i] for i in fingers), self._z_min)
+
+    def _rest_bound(self, config: int, hub: Placements) -> float:
+        environment = self._rests.get(config)
+        if environment is None:
+            q = self._problem.lattice.coordinates(config)
+            environment = self._rests[config] = self._judge.environment(q, None)
+        fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
+        rows = tuple(hub[i] for i in fingers)
+        return self._judge.backend.bound(environment, fingers, rows)
+
+    def _bounded_cost(self, arc: ObjectArc, placements: Placements) -> float:
+        bound = self._judge.backend.bound
+        z = []
+        for environment in arc.states:
+            z.append(bound(environment, self._fingers, placements))
+            if not z[-1] >= self._z_min:
+                return math.inf
+        return self._cost(arc, placements, z)
+
+    def _cost(self, arc: ObjectArc, placements: Placements, z: Sequence[float]) -> float:
+        """Return Eq. (9), ``z`` per contact state of the arc."""
+        if len(z) == 1:
+            return stability_factor(z[0], self._X_stab) * arc.least_cost(placements)
+        return displacement_cost(arc.lengths_by_state(placements), z, self._X_stab)
+
+    def _touching_down(self, config: int, hub: Placements) -> Iterator[int]:
+        """Yield the nodes from a hub: the lifted finger at every free placement."""
+        slot = hub.index(LIFTED)
+        geometry = self._judge.node(self._problem.lattice.coordinates(config))
+        free = geometry.free[slot]
+        for other, row in enumerate(hub):
+            clear = self._judge.clear[slot][other]
+            if clear is not None:
+                free = free & clear[:, row]
+        for row in np.flatnonzero(free).tolist():
+            yield self.node(config, self.sets.replaced(hub, slot, row))

@@ -1,0 +1,133 @@
+"""The manipulation-feasibility graph of one degree of freedom, as lanes joined by hubs.
+
+With one coordinate a set of placements is a line of nodes, and the rest of its path is known. A
+hub (one finger lifted, the object at rest) joins the lanes that share the other placements.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.cost import chords
+from gm_ompl.graph.goals import GoalNodes
+from gm_ompl.graph.lane_bounds import LaneTables
+from gm_ompl.problem import Problem
+
+
+def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneTables:
+    """Return what all lanes of a problem of one coordinate share, geometry tested throughout."""
+    lattice, P = problem.lattice, problem.cost.samples_per_arc
+    nodes = [lattice.coordinates(c) for c in range(lattice.size)]
+    N = len(nodes) - 1
+    fractions = (np.arange(P) + 0.5) / P
+    middles = [[(a[0] + f * (b[0] - a[0]),) for f in fractions] for a, b in zip(nodes, nodes[1:])]
+    node_free = _free(judge, [[q] for q in nodes])
+    free = _free(judge, middles) & node_free[:, :, :-1] & node_free[:, :, 1:]
+    lengths = _lengths(problem, judge)
+    goals = GoalNodes(problem)
+    goal = np.zeros(N + 1, dtype=bool)
+    goal[list(goals.nodes)] = True
+    states = [
+        np.array(
+            [
+                [judge.environment(q, (way * (b[0] - a[0]),)) for q in row]
+                for row, a, b in zip(middles, nodes, nodes[1:], strict=False)
+            ],
+            dtype=np.int64,
+        ).reshape(N, P)
+        for way in (1.0, -1.0)
+    ]
+    ahead = _ahead(lengths.sum(axis=3), free, goal)
+    tables = LaneTables(
+        forward=states[0],
+        backward=states[1],
+        lengths=lengths,
+        free=free,
+        node_free=node_free,
+        goal=goal,
+        wanted=np.array([-1 if g is None else g for g in problem.fingers.goal], dtype=np.int64),
+        ahead=ahead,
+        least=ahead.min(axis=1).max(axis=0),
+        z_min=problem.mechanics.z_min / backend.scale,
+        X_stab=problem.cost.stability / backend.scale,
+        X_regr=float(problem.cost.regrasp),
+    )
+    backend.pool.reserve(1 + max(int(states[0].max(initial=0)), int(states[1].max(initial=0))))
+    return tables
+
+
+def _free(judge: Judge, places: list[list[tuple[float]]]) -> BoolArray:
+    """Return (n, placements, len(places)): free at all coordinates of each place."""
+    columns = []
+    for place in places:
+        at = [judge.node(q) for q in place]
+        columns.append(np.stack([np.stack(node.free) for node in at]).all(axis=0))
+    if not columns:
+        n, rows = judge.problem.fingers.count, len(judge.problem.fingers.placements)
+        return np.zeros((n, rows, 0), dtype=bool)
+    return np.ascontiguousarray(np.stack(columns, axis=2))
+
+
+def _lengths(problem: Problem, judge: Judge) -> Array:
+    """Return the chords (n, placements, N, P) of Eq. (9)."""
+    lattice, P = problem.lattice, problem.cost.samples_per_arc
+    axis = lattice.axes[0]
+    ends = [(float(axis[0]),)]
+    for a, b in zip(axis, axis[1:], strict=False):
+        ends.extend((float(a + (b - a) * j / P),) for j in range(1, P))
+        ends.append((float(b),))
+    poses = [problem.motion.pose(q) for q in ends]
+    N = len(axis) - 1
+    known: dict[float, Array] = {}
+    for i, radius in enumerate(problem.fingers.radius.tolist()):
+        if radius not in known:
+            known[radius] = chords(poses, judge.centres(i)).T.reshape(-1, N, P)
+    return np.ascontiguousarray(np.stack([known[r] for r in problem.fingers.radius.tolist()]))
+
+
+def _ahead(travel: Array, free: BoolArray, goal: BoolArray) -> Array:
+    """Return (n, placements, N + 1): travel to the nearest goal node; +inf where blocked."""
+    n, rows, N = travel.shape
+    cost = np.where(free, travel, np.inf)
+    ahead = np.full((n, rows, N + 1), np.inf)
+    run = np.full((n, rows), np.inf)
+    for c in range(N, -1, -1):
+        run = np.zeros((n, rows)) if goal[c] else (run + cost[:, :, c] if c < N else run)
+        ahead[:, :, c] = run
+    run = np.full((n, rows), np.inf)
+    for c in range(N + 1):
+        run = np.zeros((n, rows)) if goal[c] else (run + cost[:, :, c - 1] if c else run)
+        ahead[:, :, c] = np.minimum(ahead[:, :, c], run)
+    return ahead
+
+
+def placement_sets(
+    groups: tuple[tuple[int, ...], ...],
+    allowed: tuple[BoolArray, ...],
+    clear: tuple[tuple[BoolArray | None, ...], ...],
+    most: int,
+) -> IntArray | None:
+    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``."""
+    n = len(allowed)
+    sets = np.zeros((1, 0), dtype=np.int64)
+    group_of = {finger: group for group in groups for finger in group}
+    for i in range(n):
+        rows = np.flatnonzero(allowed[i])
+        if len(sets) * len(rows) > 8 * most:
+            return None
+        left, right = np.divmod(np.arange(len(sets) * len(rows)), max(len(rows), 1))
+        right = rows[right]
+        keep = np.ones(len(left), dtype=bool)
+        for j in range(i):
+            pair = clear[i][j]
+            if pair is not None:
+                keep &= pair[right, sets[left, j]]
+            if j in group_of[i]:
+                keep &= sets[left, j] < right
+        if keep.sum() > most:
+            return None
+        sets = np.concatenate([sets[left[keep]], right[keep, None]], axis=1)
+    return np.ascontiguousarray(sets)

@@ -1,0 +1,144 @@
+"""Sets of placements: the hand's part of a node.
+
+Interchangeable fingers hold an unordered set of placements, written in one canonical order, so
+that exchanging two of them is the same node. A finger in the air is LIFTED: such a set is the
+hub through which regrasping passes (all placements of that finger are one hub away).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final, final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.problem import Placements
+
+LIFTED: Final = -1
+"""Stands for the placement of a finger that does not touch the object."""
+
+Groups = tuple[tuple[int, ...], ...]
+Clearances = Sequence[Sequence[BoolArray | None]]
+
+
+@final
+class PlacementSets:
+    """Canonical placement sets and their numbers, given out as sets are met.
+
+    Args:
+        groups: the groups of interchangeable fingers.
+    """
+
+    def __init__(self, groups: Groups) -> None:
+        self.groups = groups
+        self._mixed = [group for group in groups if len(group) > 1]
+        self._numbers: dict[Placements, int] = {}
+        self._sets: list[Placements] = []
+
+    def __len__(self) -> int:
+        return len(self._sets)
+
+    def canonical(self, placements: Placements) -> Placements:
+        """Return the set's canonical order: increasing within each group, LIFTED last."""
+        if not self._mixed:
+            return placements
+        ordered = list(placements)
+        for group in self._mixed:
+            rows = sorted(ordered[i] for i in group)
+            if rows[0] == LIFTED:
+                rows = rows[1:] + rows[:1]
+            for i, row in zip(group, rows, strict=True):
+                ordered[i] = row
+        return tuple(ordered)
+
+    def number(self, canonical: Placements) -> int:
+        """Return the number of a canonical set, a new one on first sight."""
+        known = self._numbers.setdefault(canonical, len(self._sets))
+        if known == len(self._sets):
+            self._sets.append(canonical)
+        return known
+
+    def placements(self, number: int) -> Placements:
+        """Return the canonical set with ``number``."""
+        return self._sets[number]
+
+    def replaced(self, canonical: Placements, slot: int, row: int) -> Placements:
+        """Return the canonical set in which the finger at ``slot`` is at ``row``."""
+        return self.canonical((*canonical[:slot], row, *canonical[slot + 1 :]))
+
+
+def ordered_sets(
+    groups: Groups, allowed: Sequence[BoolArray], keys: Sequence[Array], clear: Clearances
+) -> Iterator[tuple[float, Placements]]:
+    """Yield (key, canonical set) of all valid sets, keys not decreasing, made on demand.
+
+    A set's key is the largest of its fingers' keys. There may be 10^10 sets: they are made from
+    the placements in increasing order of their keys, each joined with those before it.
+
+    Args:
+        groups: the groups of interchangeable fingers.
+        allowed: per finger, (P,), where it may be; equal within a group.
+        keys: per finger, (P,), its key there; +inf leaves a placement out. Equal within a group.
+        clear: per pair of fingers, (P, P), whether they do not penetrate each other.
+    """
+    queue: list[tuple[float, int, int]] = []
+    for g, group in enumerate(groups):
+        key = keys[group[0]]
+        rows = np.flatnonzero(allowed[group[0]] & np.isfinite(key))
+        queue.extend((float(key[row]), g, int(row)) for row in rows)
+    queue.sort()
+    group_of = {finger: g for g, group in enumerate(groups) for finger in group}
+    seen: list[list[int]] = [[] for _ in groups]
+    for key_now, g, row in queue:
+        first = groups[g][0]
+        others = tuple(i for i in group_of if i != first)
+        pools = tuple(
+            _clear_of(first, row, i, np.array(seen[group_of[i]], dtype=np.int64), clear)
+            for i in others
+        )
+        for rest in _joined(others, pools, group_of, clear):
+            yield key_now, _spread(groups, {first: row, **dict(zip(others, rest, strict=True))})
+        seen[g].append(row)
+
+
+def _joined(
+    fingers: tuple[int, ...],
+    pools: tuple[IntArray, ...],
+    group_of: Mapping[int, int],
+    clear: Clearances,
+) -> Iterator[tuple[int, ...]]:
+    """Yield rows for ``fingers``, each from its pool, clear of each other.
+
+    Pools are equal within a group; of interchangeable fingers each combination comes once.
+    """
+    if not fingers:
+        yield ()
+        return
+    finger, others = fingers[0], fingers[1:]
+    for k, row in enumerate(pools[0].tolist()):
+        left = tuple(
+            _clear_of(
+                finger, row, i, pool[k + 1 :] if group_of[i] == group_of[finger] else pool, clear
+            )
+            for i, pool in zip(others, pools[1:], strict=True)
+        )
+        if all(len(pool) for pool in left):
+            for rest in _joined(others, left, group_of, clear):
+                yield (row, *rest)
+
+
+def _clear_of(finger: int, row: int, other: int, pool: IntArray, clear: Clearances) -> IntArray:
+    """Return the rows of ``pool`` where ``other`` is clear of ``finger`` at ``row``."""
+    pair = clear[finger][other]
+    return pool if pair is None else pool[pair[row, pool]]
+
+
+def _spread(groups: Groups, row_of: Mapping[int, int]) -> Placements:
+    if len(groups) == 1:
+        return tuple(sorted(row_of.values()))
+    placements = [LIFTED] * len(row_of)
+    for group in groups:
+        for finger, row in zip(group, sorted(row_of[i] for i in group), strict=True):
+            placements[finger] = row
+    return tuple(placements)

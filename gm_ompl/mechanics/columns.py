@@ -1,0 +1,104 @@
+"""The columns of Problems (5) and (6): R^(1/2) W C and R^(1/2) Q_known, forces over force_scale.
+
+Everything here is in the norm (7): a wrench Q stands as U Q, with U the upper Cholesky factor of
+R of Eq. (8), which also makes lengths dimensionless.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.contact.state import ContactState
+
+
+def wrench_norm(mass: float, inertia: Array) -> Array:
+    """Return U (6, 6) with U^T U = R of Eq. (8), so that |U Q| is the norm (7)."""
+    R = np.eye(6)
+    R[3:, 3:] = mass * np.linalg.inv(inertia)
+    upper: Array = np.linalg.cholesky(0.5 * (R + R.T)).T
+    return upper
+
+
+def cone_edges(normals: Array, reference: Array, friction: Array, s: int) -> Array:
+    """Return the friction cones' unit edges c_k, shape (n, s, 3).
+
+    Args:
+        normals: (n, 3), unit, into the object.
+        reference: (2, 3), the reference axis and the one used where the normal is within
+            |n . axis| >= 0.9 of it.
+        friction: (n,), Coulomb coefficients.
+        s: number of edges.
+    """
+    near = np.abs(normals @ reference[0]) >= 0.9
+    axis = np.where(near[:, None], reference[1], reference[0])
+    t1 = axis - (axis * normals).sum(axis=1, keepdims=True) * normals
+    t1 /= np.linalg.norm(t1, axis=1, keepdims=True)
+    t2 = np.cross(normals, t1)
+    theta = 2.0 * np.pi * np.arange(s) / s
+    around = np.cos(theta)[:, None] * t1[:, None, :] + np.sin(theta)[:, None] * t2[:, None, :]
+    edges: Array = normals[:, None, :] + friction[:, None, None] * around
+    return edges / np.sqrt(1.0 + friction**2)[:, None, None]
+
+
+def wrenches(points: Array, forces: Array, U: Array) -> Array:
+    """Return U [f; p x f] for forces (..., 3) at points (..., 3), shape (..., 6)."""
+    moments = np.cross(points, forces)
+    scaled: Array = np.concatenate([forces, moments], axis=-1) @ U.T
+    return scaled
+
+
+def environment_columns(contacts: ContactState, friction: float, s: int, U: Array) -> Array:
+    """Return R^(1/2) W_env C_env as rows, shape (columns, 6): s per static contact, 1 per sliding.
+
+    The cones' reference axes are the world's x and y.
+    """
+    m = len(contacts.points)
+    if m == 0:
+        return np.zeros((0, 6))
+    edges = cone_edges(contacts.normals, contacts.rotation[:2], np.full(m, friction), s)
+    slides = np.abs(contacts.slip).sum(axis=1) > 0
+    columns = []
+    for i in range(m):
+        forces = edges[i]
+        if slides[i]:
+            opposite = contacts.normals[i] - friction * contacts.slip[i]
+            forces = (opposite / np.linalg.norm(opposite))[None]
+        columns.append(wrenches(np.broadcast_to(contacts.points[i], forces.shape), forces, U))
+    return np.ascontiguousarray(np.concatenate(columns))
+
+
+def fingertip_columns(points: Array, normals: Array, friction: float, s: int, U: Array) -> Array:
+    """Return R^(1/2) W_rob C_rob per placement for unit normal force, shape (P, s, 6).
+
+    Edges are scaled so that the normal component of each is 1: coefficients are then the normal
+    forces themselves. The cones' reference axes are the object's x and y.
+    """
+    P = len(points)
+    edges = cone_edges(normals, np.eye(3)[:2], np.full(P, friction), s)
+    edges = edges * np.sqrt(1.0 + friction**2)
+    at = np.broadcast_to(points[:, None, :], edges.shape)
+    return np.ascontiguousarray(wrenches(at, edges, U))
+
+
+def load(rotation: Array, weight: float, U: Array) -> Array:
+    """Return U Q_known (6,) for gravity: ``weight`` (over force_scale) along the world's -z."""
+    Q_known = np.zeros(6)
+    Q_known[:3] = -weight * rotation[2]
+    scaled: Array = U @ Q_known
+    return scaled
+
+
+def directions() -> Array:
+    """Return the 76 directions l_i of Sec. 5, shape (76, 6).
+
+    The order is that of the paper: +e_1, -e_1, ..., -e_6, then the corners; corner c has the sign
+    - in coordinate j where bit j of c is set.
+    """
+    k = 2.0 * np.sqrt(3.0 - np.sqrt(6.0))
+    axes = np.zeros((12, 6))
+    for j in range(6):
+        axes[2 * j, j], axes[2 * j + 1, j] = k, -k
+    bits = (np.arange(64)[:, None] >> np.arange(6)) & 1
+    corners = (k / np.sqrt(6.0)) * (1.0 - 2.0 * bits)
+    return np.concatenate([axes, corners])

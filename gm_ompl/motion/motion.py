@@ -1,0 +1,40 @@
+"""What every motion of the object offers: poses, velocities, bounds."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.pose import Pose, Twist
+
+
+class Motion(ABC):
+    """The object's degrees of freedom.
+
+    Attributes:
+        names: one name per coordinate ("s", or "x", "y", "yaw").
+        low: (d,), least value of each coordinate.
+        high: (d,), greatest value of each coordinate.
+        periods: (d,), the period of a coordinate that wraps, else None.
+        breakpoints: per coordinate, the values where pieces meet; no arc spans one.
+    """
+
+    names: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    periods: tuple[float | None, ...]
+    breakpoints: tuple[tuple[float, ...], ...]
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return len(self.names)
+
+    @abstractmethod
+    def pose(self, q: Sequence[float] | Array) -> Pose:
+        """Return the object's pose at coordinates ``q`` (d,)."""
+
+    @abstractmethod
+    def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:
+        """Return the derivative of the pose at ``q`` in the direction ``dq`` (d,)."""

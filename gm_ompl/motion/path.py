@@ -1,0 +1,174 @@
+"""A path: one degree of freedom through slides and tumbles that follow each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, read_only, unit
+from gm_ompl.errors import GeometryError
+from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.geometry.solids import Body
+from gm_ompl.motion.lattice import Lattice
+from gm_ompl.motion.motion import Motion
+
+SAME_NODE = 1e-9
+"""Two values of s closer than this (in pieces) are the same piece boundary."""
+
+SAME_HEIGHT = 1e-6
+"""Corners whose heights differ by less than this times D lie on one bottom edge."""
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Slide:
+    """A translation at uniform speed.
+
+    Attributes:
+        by: (3,), the whole translation, world frame.
+    """
+
+    by: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "by", read_only(self.by, (3,), "by"))
+
+    def pose(self, start: Pose, fraction: float) -> Pose:
+        """Return the pose after ``fraction`` of the piece that began at ``start``."""
+        return Pose(start.rotation, start.position + fraction * self.by)
+
+    def velocity(self, pose: Pose) -> Twist:  # noqa: ARG002 (every piece answers alike)
+        """Return the derivative with respect to the fraction, at ``pose``."""
+        return Twist(self.by, np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
+class Tumble:
+    """A rotation at uniform speed about a line fixed in the world.
+
+    Attributes:
+        pivot: (3,), a point of the line, world frame.
+        axis: (3,), unit, the line's direction.
+        angle: the whole rotation about ``axis`` [rad].
+    """
+
+    pivot: Array
+    axis: Array
+    angle: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pivot", read_only(self.pivot, (3,), "pivot"))
+        object.__setattr__(self, "axis", read_only(unit(self.axis), (3,), "axis"))
+
+    def pose(self, start: Pose, fraction: float) -> Pose:
+        """Return the pose after ``fraction`` of the piece that began at ``start``."""
+        return start.turned(self.pivot, self.axis, fraction * self.angle)
+
+    def velocity(self, pose: Pose) -> Twist:
+        """Return the derivative with respect to the fraction, at ``pose``."""
+        angular = self.angle * self.axis
+        return Twist(np.cross(angular, pose.position - self.pivot), angular)
+
+
+Piece: TypeAlias = Slide | Tumble
+
+
+@final
+class PathMotion(Motion):
+    """Pieces one after the other; s runs from 0 at the start to 1 at the goal.
+
+    Piece p of m covers s in [p/m, (p+1)/m], uniform in length or angle.
+
+    Attributes:
+        start: the pose at s = 0.
+        pieces: the m pieces.
+        knots: the m + 1 poses where pieces begin and end.
+    """
+
+    def __init__(self, start: Pose, pieces: Sequence[Piece]) -> None:
+        if not pieces:
+            raise GeometryError("a path needs at least one piece (slide or tumble)")
+        self.start, self.pieces = start, tuple(pieces)
+        knots = [start]
+        for piece in self.pieces:
+            knots.append(piece.pose(knots[-1], 1.0))
+        self.knots = tuple(knots)
+        self.names = ("s",)
+        self.low, self.high = (0.0,), (1.0,)
+        self.periods = (None,)
+        m = len(self.pieces)
+        self.breakpoints = (tuple(p / m for p in range(1, m)),)
+
+    def _piece(self, s: float, ahead: bool) -> tuple[int, float]:
+        """Return the piece at ``s`` and the fraction of it; ``ahead`` decides at a boundary."""
+        m = len(self.pieces)
+        along = s * m
+        boundary = round(along)
+        if abs(along - boundary) <= SAME_NODE:
+            along, p = float(boundary), boundary if ahead else boundary - 1
+        else:
+            p = int(np.floor(along))
+        p = min(max(p, 0), m - 1)
+        return p, along - p
+
+    def pose(self, q: Sequence[float] | Array) -> Pose:
+        """Return the object's pose at ``q = [s]``."""
+        p, fraction = self._piece(float(q[0]), ahead=True)
+        if fraction == 0.0:
+            return self.knots[p]
+        if fraction == 1.0:
+            return self.knots[p + 1]
+        return self.pieces[p].pose(self.knots[p], fraction)
+
+    def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:
+        """Return the derivative of the pose at ``q = [s]`` in the direction ``dq = [ds]``.
+
+        Where two pieces meet, it is the derivative on the side that ``dq`` points to.
+        """
+        ds = float(dq[0])
+        p, fraction = self._piece(float(q[0]), ahead=ds >= 0)
+        rate = self.pieces[p].velocity(self.pieces[p].pose(self.knots[p], fraction))
+        speed = ds * len(self.pieces)
+        return Twist(speed * rate.linear, speed * rate.angular)
+
+
+def tumble_towards(body: Body, pose: Pose, towards: Array, angle: float) -> Tumble:
+    """Return the tumble about the object's bottom edge on the side ``towards``.
+
+    Args:
+        body: the object, object frame.
+        pose: where the object is when the piece starts.
+        towards: (3,), a horizontal direction, world frame.
+        angle: rotation [rad]; positive tips the object over that edge.
+
+    Raises:
+        GeometryError: no bottom edge is perpendicular to ``towards`` on that side.
+    """
+    direction = unit(towards)
+    axis = np.cross(UP, direction)
+    corners = pose.apply(body.vertices)
+    tolerance = SAME_HEIGHT * body.diagonal
+    bottom = corners[corners[:, 2] <= corners[:, 2].min() + tolerance]
+    reach = bottom @ direction
+    edge = bottom[reach >= reach.max() - tolerance]
+    along = edge @ axis
+    if np.ptp(along) <= 2 * tolerance:
+        raise GeometryError(
+            "the object's lowest part on that side is a single point, not an edge at right "
+            "angles to the direction; turn the object (start yaw) or choose another direction"
+        )
+    ends = edge[[int(along.argmin()), int(along.argmax())]]
+    return Tumble(ends.mean(axis=0), axis, angle)
+
+
+def path_lattice(segments: Sequence[int]) -> Lattice:
+    """Return the lattice with ``segments[p]`` equal arcs in piece p; boundaries are nodes."""
+    m = len(segments)
+    nodes = [
+        (p + k / count) / m for p, count in enumerate(segments) for k in range(count)
+    ]  # fmt: skip
+    return Lattice((read_only([*nodes, 1.0], (None,), "nodes"),), (None,))

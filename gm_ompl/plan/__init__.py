@@ -1,0 +1,27 @@
+"""Plan values, plan files, and the assembly of plans from a planner's moves."""
+
+from gm_ompl.plan.assemble import assemble
+from gm_ompl.plan.model import (
+    FORMAT,
+    DisplacementStep,
+    PlacementRecord,
+    Plan,
+    PoseRecord,
+    RegraspStep,
+    SegmentRecord,
+    Statistics,
+    Step,
+)
+
+__all__ = [
+    "FORMAT",
+    "DisplacementStep",
+    "PlacementRecord",
+    "Plan",
+    "PoseRecord",
+    "RegraspStep",
+    "SegmentRecord",
+    "Statistics",
+    "Step",
+    "assemble",
+]

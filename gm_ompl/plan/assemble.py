@@ -1,0 +1,179 @@
+"""From a planner's moves to a plan: the same for every planner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.moves import Displacement, Move, Regrasp
+from gm_ompl.plan.model import (
+    FORMAT,
+    DisplacementStep,
+    Mode,
+    PlacementRecord,
+    Plan,
+    PoseRecord,
+    RegraspStep,
+    SegmentRecord,
+    Statistics,
+    Status,
+    Vector,
+)
+from gm_ompl.problem import Problem
+
+ROUNDING = 1e-9  # a solver may return f_com this far (relative to f_max) outside [0, f_max]
+
+
+def assemble(
+    problem: Problem,
+    scenario: Mapping[str, Any],
+    moves: Sequence[Move] = (),
+    *,
+    status: Status,
+    planner: str,
+    statistics: Mapping[str, Any],
+    seed: int | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    optimal: bool = False,
+    lower_bound: float | None = None,
+) -> Plan:
+    """Return the plan that ``moves`` make.
+
+    Cost and number of regraspings follow from the moves; without a plan both are None.
+
+    Args:
+        problem: the problem that was solved.
+        scenario: the scenario as resolved, the source of ``problem``.
+        moves: from start to goal; none unless ``status`` is "solved".
+        status: how the search ended.
+        planner: the planner's name.
+        statistics: at least ``time_s``, ``expanded``, ``mode_decisions`` and ``history``;
+            infinite numbers become None.
+        seed: the random seed.
+        parameters: the planner's parameters.
+        optimal: whether the plan is proven optimal.
+        lower_bound: no plan is cheaper; None or infinite where no number can be given.
+
+    Raises:
+        pydantic.ValidationError: ``statistics`` or ``parameters`` cannot be stored as JSON.
+    """
+    steps = tuple(_step(problem, move) for move in moves)
+    solved = status == "solved"
+    return Plan(
+        format=FORMAT,
+        status=status,
+        planner=planner,
+        seed=seed,
+        parameters=dict(parameters or {}),
+        optimal=optimal,
+        cost=math.fsum(step.cost for step in steps) if solved else None,
+        lower_bound=_finite(lower_bound),
+        regrasps=sum(step.kind == "regrasp" for step in steps) if solved else None,
+        scenario=dict(scenario),
+        statistics=_statistics(statistics),
+        steps=steps,
+    )
+
+
+def _finite(number: float | None) -> float | None:
+    return float(number) if number is not None and math.isfinite(number) else None
+
+
+def _statistics(given: Mapping[str, Any]) -> Statistics:
+    history = tuple(
+        (float(time), _finite(cost), _finite(bound)) for time, cost, bound in given["history"]
+    )
+    plain = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in given.items()
+    }
+    return Statistics.model_validate({**plain, "history": history})
+
+
+def _step(problem: Problem, move: Move) -> DisplacementStep | RegraspStep:
+    if isinstance(move, Displacement):
+        return _displacement(problem, move)
+    return _regrasp(problem, move)
+
+
+def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
+    limits = problem.fingers.max_normal_force
+    segments = tuple(
+        SegmentRecord(
+            modes=_modes(decision),
+            f_com=tuple(_within(f, m) for f, m in zip(decision.f_com, limits, strict=True)),
+            z=float(decision.z),
+        )
+        for decision in move.segments
+    )
+    return DisplacementStep(
+        kind="displacement",
+        from_=_floats(move.start),
+        to=_floats(move.end),
+        pose_from=pose_record(problem, move.start),
+        pose_to=pose_record(problem, move.end),
+        placements=tuple(placement_record(problem, row) for row in move.placements),
+        segments=segments,
+        cost=float(move.cost),
+    )
+
+
+def _regrasp(problem: Problem, move: Regrasp) -> RegraspStep:
+    modes: list[Mode | None] = list(_modes(move.rest))
+    modes.insert(move.finger, None)
+    f_com = list(move.rest.f_com)
+    f_com.insert(move.finger, None)
+    limits = problem.fingers.max_normal_force
+    return RegraspStep(
+        kind="regrasp",
+        at=_floats(move.at),
+        finger=int(move.finger),
+        from_=placement_record(problem, move.placements[move.finger]),
+        to=placement_record(problem, move.target),
+        placements=tuple(placement_record(problem, row) for row in move.placements),
+        modes=tuple(modes),
+        f_com=tuple(_within(f, m) for f, m in zip(f_com, limits, strict=True)),
+        z=float(move.rest.z),
+        cost=float(move.cost),
+    )
+
+
+def _modes(decision: ModeDecision) -> tuple[Mode, ...]:
+    return tuple(mode.value for mode in decision.modes)
+
+
+def _within(force: float | None, limit: float) -> float | None:
+    """Return ``force`` with the solver's rounding at its bounds taken away."""
+    if force is None or not -ROUNDING * limit <= force <= (1.0 + ROUNDING) * limit:
+        return force
+    return min(max(float(force), 0.0), float(limit))
+
+
+def _floats(q: Coordinates) -> tuple[float, ...]:
+    return tuple(float(value) for value in q)
+
+
+def _vector(values: Sequence[float]) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def pose_record(problem: Problem, q: Coordinates) -> PoseRecord:
+    """Return the object's pose at coordinates ``q``."""
+    pose = problem.motion.pose(q)
+    w, x, y, z = (float(value) for value in pose.quaternion())
+    return PoseRecord(position=_vector(pose.position.tolist()), quaternion=(w, x, y, z))
+
+
+def placement_record(problem: Problem, row: int) -> PlacementRecord:
+    """Return row ``row`` of the placement table, object frame."""
+    table = problem.fingers.placements
+    return PlacementRecord(
+        face=table.labels[int(table.face[row])],
+        cell=(int(table.cell[row, 0]), int(table.cell[row, 1])),
+        point=_vector(table.points[row].tolist()),
+        normal=_vector(table.normals[row].tolist()),
+    )

@@ -1,0 +1,212 @@
+"""The plan file as frozen values (format ``gm-ompl-plan/1``).
+
+The types say which keys exist and what type each has, nothing more: whether a plan is *right* is
+for ``gm_ompl.check`` to judge, so a plan that claims nonsense in the right form can be loaded.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from gm_ompl.plan import files
+
+FORMAT: Final = "gm-ompl-plan/1"
+
+Status: TypeAlias = Literal["solved", "infeasible", "budget", "interrupted"]
+Mode: TypeAlias = Literal["position", "force"]
+Vector: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+Json: TypeAlias = dict[str, Any]
+
+
+class _Record(BaseModel):
+    """What all parts of a plan share: frozen, strictly typed, no unknown key, no NaN."""
+
+    model_config = ConfigDict(
+        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, validate_by_name=True
+    )
+
+
+class PoseRecord(_Record):
+    """Where the object is.
+
+    Attributes:
+        position: the centre of mass, world frame.
+        quaternion: unit, (w, x, y, z), object to world.
+    """
+
+    position: Vector
+    quaternion: Quaternion
+
+
+class PlacementRecord(_Record):
+    """Where a finger touches the object.
+
+    Attributes:
+        face: the face's name.
+        cell: the grid cell on that face.
+        point: the contact point on the surface, object frame.
+        normal: unit, pointing into the object, object frame.
+    """
+
+    face: str
+    cell: tuple[int, int]
+    point: Vector
+    normal: Vector
+
+
+class SegmentRecord(_Record):
+    """One segment of a displacement arc, judged at its midpoint.
+
+    Attributes:
+        modes: per finger.
+        f_com: per finger, the commanded normal force; None under position control.
+        z: the optimum of Problem (6) with these modes and this f_com.
+    """
+
+    modes: tuple[Mode, ...]
+    f_com: tuple[float | None, ...]
+    z: float
+
+
+class DisplacementStep(_Record):
+    """One arc for displacement of the object, the fingertips fixed on it.
+
+    Attributes:
+        from_: object coordinates at the tail (``from`` in the file).
+        to: object coordinates at the head, unwrapped.
+        pose_from: the pose at ``from_``.
+        pose_to: the pose at ``to``.
+        placements: per physical finger.
+        segments: equal parts of the arc, in order.
+        cost: Eq. (9).
+    """
+
+    kind: Literal["displacement"]
+    from_: tuple[float, ...] = Field(
+        validation_alias="from", serialization_alias="from", min_length=1
+    )
+    to: tuple[float, ...] = Field(min_length=1)
+    pose_from: PoseRecord
+    pose_to: PoseRecord
+    placements: tuple[PlacementRecord, ...]
+    segments: tuple[SegmentRecord, ...]
+    cost: float
+
+
+class RegraspStep(_Record):
+    """One arc for regrasping: a finger changes its placement while the object rests.
+
+    Attributes:
+        at: object coordinates.
+        finger: the physical finger that is lifted, from 0.
+        from_: its placement before (``from`` in the file).
+        to: its placement after.
+        placements: per physical finger, before the move.
+        modes: per finger, None for the lifted one.
+        f_com: per finger, None under position control and for the lifted one.
+        z: the stability margin of the rest.
+        cost: Eq. (10).
+    """
+
+    kind: Literal["regrasp"]
+    at: tuple[float, ...] = Field(min_length=1)
+    finger: int = Field(ge=0)
+    from_: PlacementRecord = Field(validation_alias="from", serialization_alias="from")
+    to: PlacementRecord
+    placements: tuple[PlacementRecord, ...]
+    modes: tuple[Mode | None, ...]
+    f_com: tuple[float | None, ...]
+    z: float
+    cost: float
+
+
+Step: TypeAlias = Annotated[DisplacementStep | RegraspStep, Field(discriminator="kind")]
+
+
+class Statistics(_Record):
+    """What the search did; a planner may add keys.
+
+    Attributes:
+        time_s: wall time [s].
+        expanded: nodes expanded.
+        mode_decisions: decisions by Sec. 3.4.
+        history: (time_s, cost of the best plan or None, lower bound or None), in time order.
+    """
+
+    model_config = ConfigDict(extra="allow")
+
+    time_s: float = Field(ge=0)
+    expanded: int = Field(ge=0)
+    mode_decisions: int = Field(ge=0)
+    history: tuple[tuple[float, float | None, float | None], ...]
+
+    @model_validator(mode="after")
+    def _plain_extras(self) -> Statistics:
+        """Refuse added keys whose values JSON cannot hold, NaN included."""
+        files.plain(self.__pydantic_extra__ or {})
+        return self
+
+
+class Plan(_Record):
+    """A plan, or the reason why there is none.
+
+    Attributes:
+        format: always ``gm-ompl-plan/1``.
+        status: "solved", "infeasible", "budget" or "interrupted".
+        planner: the planner's name.
+        seed: the random seed.
+        parameters: the planner's parameters.
+        optimal: whether ``cost`` is proven to be within 1e-6 (relative) of the optimum.
+        cost: the sum of the steps' costs; None without a plan.
+        lower_bound: no plan on the lattice is cheaper; None where nothing is known.
+        regrasps: number of regrasping steps; None without a plan.
+        scenario: the whole scenario as resolved.
+        statistics: what the search did.
+        steps: in order; each starts where the last ended.
+    """
+
+    format: Literal["gm-ompl-plan/1"]
+    status: Status
+    planner: str
+    seed: int | None
+    parameters: Json
+    optimal: bool
+    cost: float | None
+    lower_bound: float | None
+    regrasps: Annotated[int, Field(ge=0)] | None
+    scenario: Json
+    statistics: Statistics
+    steps: tuple[Step, ...]
+
+    @field_validator("parameters", "scenario")
+    @classmethod
+    def _plain_json(cls, value: Json) -> Json:
+        """Return an independent copy; refuses what JSON cannot hold, NaN included."""
+        return files.plain(value)
+
+    def to_dict(self) -> Json:
+        """Return the plan with the file's keys, lists for sequences."""
+        return self.model_dump(mode="json", by_alias=True)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the plan to ``path``, whole or not at all.
+
+        Raises:
+            PlanFileError: the file cannot be written.
+        """
+        files.write(Path(path), files.dumps(self.to_dict()))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Plan:
+        """Read a plan file.
+
+        Raises:
+            PlanFileError: it cannot be read or is no plan; the message names file, line, key,
+                value and what would be right.
+        """
+        return files.read(Path(path), cls, FORMAT)

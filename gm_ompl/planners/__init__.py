@@ -1,0 +1,1 @@
+"""Planners: from a Problem to a Plan."""

@@ -1,0 +1,262 @@
+"""Best-first search with lazily judged arcs; it knows nothing of hands.
+
+The virtual start and goal nodes of Sec. 4.2 are implicit: ``Graph.sources`` are the arcs from the
+one, ``Graph.is_goal`` tells the arcs to the other.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final, Protocol, TypeAlias, final
+
+from gm_ompl.planners.planner import Meter, Status
+
+START: Final = -1
+"""The virtual start node."""
+
+GOAL: Final = -2
+"""The virtual goal node."""
+
+SAME_COST = 1e-12
+"""A path cheaper by less than this, relatively, is no better: sums differ by rounding."""
+
+Entry: TypeAlias = tuple[float, int, int, int, float, bool]
+"""(f, order, head, tail, g of the head, whether g is exact); ``order`` is unique.
+
+head = tail stands for the node's late arcs, START for the sources still to come."""
+
+HistoryRow: TypeAlias = tuple[float, float | None, float]
+"""(time, cost of the best path or None, lower bound)."""
+
+
+class Graph(Protocol):
+    """A directed graph with costs >= 0; nodes are numbers >= 0."""
+
+    def sources(self) -> Iterator[tuple[float, int]]:
+        """Yield (bound, start node); bounds are at most the estimates and do not decrease."""
+
+    def estimate(self, node: int) -> float:
+        """Return a lower bound on the cost to the goal; it may grow, and may be +inf."""
+
+    def is_goal(self, node: int) -> bool:
+        """Whether ``node`` is a goal."""
+
+    def arcs(self, node: int) -> Iterable[tuple[int, float, bool]]:
+        """Yield (head, cost, exact); a cost that is not exact is a quick lower bound."""
+
+    def late_arcs(self, node: int) -> Iterable[tuple[int, float, bool]]:
+        """Yield the arcs that ``arcs`` left out, likewise."""
+
+    def late_bound(self, node: int) -> float:
+        """Return a lower bound on the cost to the goal by way of late arcs; +inf without any."""
+
+    def optimistic(self, tail: int, head: int) -> float:
+        """Return the present lower bound on the cost of an arc that is not exact."""
+
+    def judge(self, tail: int, head: int) -> float:
+        """Return the cost of an arc; +inf where it does not exist."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """How a search ended.
+
+    Attributes:
+        status: how it ended.
+        path: the nodes from a source to a goal; empty without a path.
+        cost: the path's cost, +inf without a path.
+        lower_bound: no path is cheaper.
+        expanded: nodes expanded, those opened again included.
+        generated: entries put on the open list.
+        history: how cost and bound developed.
+    """
+
+    status: Status
+    path: tuple[int, ...]
+    cost: float
+    lower_bound: float
+    expanded: int
+    generated: int
+    history: tuple[HistoryRow, ...]
+
+
+@final
+class BestFirstSearch:
+    """A* over a ``Graph``.
+
+    An arc enters the open list with a lower bound on its cost. At the front it is re-evaluated,
+    goes back if its bound has grown, and is judged only if it stays in front. Nodes are opened
+    again when a cheaper path turns up, so an estimate need only be admissible. A node's late arcs
+    are made only when their common bound comes to the front.
+
+    Args:
+        graph: what to search.
+        meter: the running budget.
+        observe: called with this search whenever a progress event is due.
+
+    Attributes:
+        expanded: nodes expanded so far.
+        generated: entries put on the open list so far.
+        bound: no path is cheaper.
+        history: how cost and bound developed so far.
+    """
+
+    def __init__(
+        self, graph: Graph, meter: Meter, observe: Callable[[BestFirstSearch], None]
+    ) -> None:
+        self._graph, self._meter, self._observe = graph, meter, observe
+        self._sources = graph.sources()
+        self._open: list[Entry] = []
+        self._order = 0
+        self._closed: dict[int, float] = {}
+        self._parent: dict[int, int] = {}
+        self._tentative: dict[int, float] = {}
+        self._best = (math.inf, START)  # one value: an interrupt finds both halves or neither
+        self._next_event = 0.0
+        self.expanded = self.generated = 0
+        self.bound = 0.0
+        self.history: list[HistoryRow] = []
+
+    @property
+    def cost(self) -> float:
+        """Cost of the best path known; +inf while there is none."""
+        return self._best[0]
+
+    @property
+    def waiting(self) -> int:
+        """Entries on the open list."""
+        return len(self._open)
+
+    def run(self) -> Found:
+        """Search until a path is proven optimal, none is left, or the budget is spent."""
+        try:
+            self._push(0.0, START, START, 0.0, True)
+            status = self._loop()
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        if status is Status.INFEASIBLE:
+            self.bound = math.inf
+        elif self.cost < math.inf:
+            status = Status.SOLVED if status is Status.BUDGET else status
+        self.bound = min(self.bound, self.cost)
+        self._event()
+        return Found(
+            status, self._path(), self.cost, self.bound, self.expanded, self.generated,
+            tuple(self.history),
+        )  # fmt: skip
+
+    def _loop(self) -> Status:
+        while self._open:
+            self.bound = max(self.bound, self._open[0][0])
+            if self._meter.spent(self.expanded):
+                return Status.BUDGET
+            if self._meter.elapsed() >= self._next_event:
+                self._event()
+            f, _, head, tail, g, exact = heapq.heappop(self._open)
+            if head == GOAL:
+                return Status.SOLVED
+            if head == START:
+                self._next_source(f)
+            elif head == tail:
+                if g <= self._closed[head]:  # else it was opened again, cheaper
+                    self._follow(head, g, self._graph.late_arcs(head))
+            else:
+                self._visit(f, head, tail, g, exact)
+        return Status.INFEASIBLE
+
+    def _next_source(self, f: float) -> None:
+        """Put the next source on the open list, and the rest of them behind it."""
+        following = next(self._sources, None)
+        if following is None:
+            return
+        bound, node = following
+        self._push(max(f, bound), START, START, 0.0, True)
+        estimate = self._graph.estimate(node)
+        if estimate < self.cost and self._improves(node, 0.0):
+            self._tentative[node] = 0.0
+            self._push(max(bound, estimate), node, START, 0.0, True)
+
+    def _visit(self, f: float, head: int, tail: int, g: float, exact: bool) -> None:
+        """Treat the arc at the front: back with it if its f has grown, else judge, then expand."""
+        if not self._better(self._closed.get(head), g):
+            return
+        graph = self._graph
+        estimate = graph.estimate(head)
+        if not exact:
+            g = self._closed[tail] + graph.optimistic(tail, head)
+            if g + estimate > f:
+                self._wait(head, tail, g, estimate, False)
+                return
+            g = self._closed[tail] + graph.judge(tail, head)
+            if g == math.inf or not self._improves(head, g):
+                return
+            self._tentative[head] = g
+        if g + estimate > f:
+            self._wait(head, tail, g, estimate, True)
+            return
+        self._expand(head, tail, g)
+
+    def _expand(self, node: int, tail: int, g: float) -> None:
+        graph = self._graph
+        self.expanded += 1
+        self._closed[node] = self._tentative[node] = g
+        self._parent[node] = tail
+        if graph.is_goal(node) and g < self.cost:
+            self._best = (g, node)
+            self._push(g, GOAL, node, g, True)
+        self._follow(node, g, graph.arcs(node))
+        # Marked by head = tail: the rest of this node's arcs.
+        self._wait(node, node, g, graph.late_bound(node), True)
+
+    def _follow(self, node: int, g: float, arcs: Iterable[tuple[int, float, bool]]) -> None:
+        """Put arcs from ``node``, reached at ``g``, on the open list."""
+        graph = self._graph
+        for head, cost, exact in arcs:
+            through = g + cost
+            if not self._improves(head, through):
+                continue
+            if not exact:
+                through = g + graph.optimistic(node, head)
+            estimate = graph.estimate(head)
+            if exact and through + estimate < self.cost:
+                self._tentative[head] = through
+            self._wait(head, node, through, estimate, exact)
+
+    def _improves(self, node: int, g: float) -> bool:
+        """Whether ``g`` is below every cost at which ``node`` was reached."""
+        return self._better(self._tentative.get(node), g)
+
+    @staticmethod
+    def _better(known: float | None, g: float) -> bool:
+        return known is None or g < known - SAME_COST * known
+
+    def _wait(self, head: int, tail: int, g: float, estimate: float, exact: bool) -> None:
+        """Put an arc on the open list unless it cannot lead to a better path."""
+        f = g + estimate
+        if f < self.cost:
+            self._push(f, head, tail, g, exact)
+
+    def _push(self, f: float, head: int, tail: int, g: float, exact: bool) -> None:
+        # Of equal f the latest comes first: search goes deep on a plateau.
+        self._order -= 1
+        self.generated += 1
+        heapq.heappush(self._open, (f, self._order, head, tail, g, exact))
+
+    def _path(self) -> tuple[int, ...]:
+        nodes = []
+        node = self._best[1]
+        while node != START:
+            nodes.append(node)
+            node = self._parent[node]
+        return tuple(reversed(nodes))
+
+    def _event(self) -> None:
+        now = self._meter.elapsed()
+        # Ever rarer: a day's search tells its story in a few hundred events.
+        self._next_event = now + max(0.1, 0.02 * now)
+        cost = self.cost if self.cost < math.inf else None
+        self.history.append((now, cost, self.bound))
+        self._observe(self)

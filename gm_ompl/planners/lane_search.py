@@ -1,0 +1,252 @@
+"""Exact search over lanes and hubs, for one degree of freedom.
+
+The open list holds lanes, each keyed by a lower bound on the cheapest plan that enters it at a
+given node. Nothing is judged before all bounds are as tight as what is known allows; then only the
+arcs of the cheapest conceivable plan are judged, those most likely to fail first, so that it is
+refuted at small cost. What a judgement teaches (a failed arc, a cut on z for all sets at that
+contact state) raises keys; a key is renewed when it reaches the front. The first plan to reach
+the front with all its arcs judged is optimal.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, TypeAlias, final
+
+import numpy as np
+
+from gm_ompl.graph.lane_graph import Hub, Lane, LaneGraph
+from gm_ompl.planners.lane_sources import Source
+from gm_ompl.planners.planner import Meter, Status
+from gm_ompl.problem import Placements
+
+SAME: Final = 1e-12
+"""Relative difference below which two costs are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A lane entered at a node.
+
+    Attributes:
+        placements: the lane's.
+        config: the node.
+        g: cost of getting there, all judged.
+        parent: the entry before the regrasp; None at the start.
+    """
+
+    placements: Placements
+    config: int
+    g: float
+    parent: Entry | None
+
+
+@dataclass(eq=False)
+class Choices:
+    """A hub being left: its placements in increasing order of their bounds, one at a time."""
+
+    hub: Hub
+    config: int
+    g: float
+    parent: Entry
+    keys: np.ndarray
+    order: np.ndarray
+    next: int = 0
+
+
+Waiting: TypeAlias = Entry | Choices | Source
+
+
+@final
+class LaneSearch:
+    """One search; ``run`` may be called once.
+
+    Attributes:
+        expanded: lanes taken from the front of the open list.
+        bound: no plan is cheaper.
+        cost: of the best plan known, or +inf.
+        history: (time, cost or None, bound) now and then.
+    """
+
+    def __init__(
+        self,
+        graph: LaneGraph,
+        source: Source,
+        start: int,
+        meter: Meter,
+        observe: Callable[[LaneSearch], None],
+    ) -> None:
+        self._graph, self._source, self._start = graph, source, start
+        self._meter, self._observe = meter, observe
+        self._open: list[tuple[float, int, Waiting]] = []
+        self._order = 0
+        self._entered: dict[tuple[Placements, int], float] = {}
+        self._best: tuple[Entry, int] | None = None
+        self._next_event = 0.0
+        self.expanded = self.generated = 0
+        self.bound, self.cost = 0.0, math.inf
+        self.history: list[tuple[float, float | None, float]] = []
+
+    @property
+    def waiting(self) -> int:
+        """Length of the open list."""
+        return len(self._open)
+
+    def run(self) -> Status:
+        """Search until a plan is proven optimal, there is proven to be none, or no budget."""
+        try:
+            status = self._run()
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        if status is Status.BUDGET and self._best is not None:
+            status = Status.SOLVED
+        if status is Status.INFEASIBLE:
+            self.bound = math.inf
+        self._event()
+        return status
+
+    def _run(self) -> Status:
+        self._push(self._source.key(), self._source)
+        while self._open:
+            f, _, waiting = heapq.heappop(self._open)
+            self.bound = max(self.bound, min(f, self.cost))
+            if f >= self.cost:
+                return Status.SOLVED
+            if self._meter.spent(self.expanded):
+                return Status.BUDGET
+            if self._meter.elapsed() >= self._next_event:
+                self._event()
+            if isinstance(waiting, Entry):
+                self.expanded += 1
+                self._treat(f, waiting)
+            elif isinstance(waiting, Choices):
+                self._leave(waiting)
+            else:
+                self._emerge(waiting)
+        return Status.INFEASIBLE if self._best is None else Status.SOLVED
+
+    def _push(self, f: float, waiting: Waiting) -> None:
+        if f < self.cost:
+            self._order += 1
+            self.generated += 1
+            heapq.heappush(self._open, (f, self._order, waiting))
+
+    def _emerge(self, source: Source) -> None:
+        """Take the next start set; the source waits for the one after it."""
+        f, placements = source.take()
+        self._push(f, Entry(placements, self._start, 0.0, None))
+        self._push(source.key(), source)
+
+    def _treat(self, f: float, entry: Entry) -> None:
+        """Renew an entry's key; where it stands, judge the plan that it stands for."""
+        graph = self._graph
+        lane = graph.lane(entry.placements)
+        cost, node, hub = graph.target(lane, entry.config, entry.g)
+        if entry.g + cost > f + SAME * f:
+            if entry.parent is None:
+                self._source.wasted()
+            self._push(entry.g + cost, entry)
+        elif hub is None:
+            self._finish(lane, entry)
+        else:
+            self._enter(lane, entry, node, hub)
+
+    def _finish(self, lane: Lane, entry: Entry) -> None:
+        """Judge the lane to the goal; a plan is found where it holds."""
+        head = self._goal_from(lane, entry.config)
+        if self._graph.judge_arcs(lane, entry.config, head):
+            total = entry.g + self._travel(lane, entry.config, head)
+            if total < self.cost:
+                self.cost, self._best = total, (entry, head)
+        cost, _, _ = self._graph.target(lane, entry.config, entry.g)
+        self._push(entry.g + cost, entry)
+
+    def _enter(self, lane: Lane, entry: Entry, node: int, hub: Hub) -> None:
+        """Judge the way to a hub and on, least likely first; the hub is reached where it holds."""
+        graph = self._graph
+        if graph.judge_rest(hub, node) and self._goes_on(hub, node):
+            if graph.judge_arcs(lane, entry.config, node):
+                through = graph.tables.X_regr + self._travel(lane, entry.config, node)
+                self._reach(hub, node, entry.g + through, entry)
+        cost, _, _ = graph.target(lane, entry.config, entry.g)
+        self._push(entry.g + cost, entry)
+
+    def _goes_on(self, hub: Hub, node: int) -> bool:
+        """Judge the best lane from a hub to the goal; whether the hub's bound rests on it."""
+        graph = self._graph
+        if not len(hub.choices):
+            return False
+        index = int(np.argmin(hub.table[:, node]))
+        if hub.table[index, node] > hub.value[node]:
+            return True  # the bound is that of another regrasp: nothing to judge yet
+        lane = graph.lane(graph.lane_of(hub, index))
+        before = lane.d[node]
+        holds = graph.judge_arcs(lane, node, self._goal_from(lane, node))
+        hub.table[index] = lane.d
+        hub.versions[index] = -2
+        graph.refined(hub, node)
+        return holds and lane.d[node] <= before + SAME * before
+
+    def _reach(self, hub: Hub, node: int, g: float, parent: Entry) -> None:
+        """Reach a hub at cost ``g``: all lanes through it wait to be entered."""
+        if g >= hub.reached[node]:
+            return
+        hub.reached[node] = g
+        tables = self._graph.tables
+        onward = np.minimum(hub.table[:, node], tables.X_regr + tables.least[node])
+        keys = g + np.where(tables.node_free[hub.slot, hub.choices, node], onward, np.inf)
+        choices = Choices(hub, node, g, parent, keys, np.argsort(keys, kind="stable"))
+        if len(keys):
+            self._push(float(keys[choices.order[0]]), choices)
+
+    def _leave(self, choices: Choices) -> None:
+        """Enter the next lane from a hub."""
+        index = int(choices.order[choices.next])
+        f = float(choices.keys[index])
+        placements = self._graph.lane_of(choices.hub, index)
+        key = (placements, choices.config)
+        back = choices.parent.placements == placements
+        if not back and choices.g < self._entered.get(key, math.inf):
+            self._entered[key] = choices.g
+            self._push(f, Entry(placements, choices.config, choices.g, choices.parent))
+        choices.next += 1
+        if choices.next < len(choices.order):
+            self._push(float(choices.keys[choices.order[choices.next]]), choices)
+
+    def _goal_from(self, lane: Lane, config: int) -> int:
+        """Return the goal node that the lane's bound ``d`` at a node leads to."""
+        goal, N = self._graph.tables.goal, len(lane.d) - 1
+        ahead = next((c for c in range(config, N + 1) if goal[c]), None)
+        behind = next((c for c in range(config, -1, -1) if goal[c]), None)
+        if ahead is None or behind is None:
+            return ahead if behind is None else behind  # type: ignore[return-value]
+        nearer = self._travel(lane, config, ahead) <= self._travel(lane, config, behind)
+        return ahead if nearer else behind
+
+    @staticmethod
+    def _travel(lane: Lane, tail: int, head: int) -> float:
+        if head >= tail:
+            return math.fsum(lane.costs[0, tail:head])
+        return math.fsum(lane.costs[1, head:tail])
+
+    def path(self) -> list[tuple[Placements, int, int]]:
+        """Return the best plan: per lane its placements, first and last node."""
+        legs: list[tuple[Placements, int, int]] = []
+        if self._best is not None:
+            entry: Entry | None = self._best[0]
+            last = self._best[1]
+            while entry is not None:
+                legs.append((entry.placements, entry.config, last))
+                last, entry = entry.config, entry.parent
+        return legs[::-1]
+
+    def _event(self) -> None:
+        now = self._meter.elapsed()
+        # Ever rarer: a day's search tells its story in a few hundred events.
+        self._next_event = now + max(0.1, 0.02 * now)
+        cost = self.cost if self.cost < math.inf else None
+        self.history.append((now, cost, self.bound))
+        self._observe(self)

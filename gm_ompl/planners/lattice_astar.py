@@ -1,0 +1,151 @@
+"""The paper's planner: A* on the manipulation-feasibility graph, and Dijkstra's algorithm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeAlias, final
+
+import numpy as np
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.extraction import extract_moves
+from gm_ompl.graph.feasibility_graph import FeasibilityGraph
+from gm_ompl.graph.goals import GoalNodes, start_node
+from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
+from gm_ompl.planners.astar import BestFirstSearch, Found
+from gm_ompl.planners.planner import (
+    Budget,
+    Meter,
+    Planner,
+    PlannerSpecs,
+    Progress,
+    Report,
+    SearchResult,
+    Status,
+    silent,
+)
+from gm_ompl.problem import Problem
+
+PROVEN = 1e-6
+"""A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""
+
+MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...]], Heuristic]
+"""From problem, judge and the goal's valid lattice nodes (at least one) to a heuristic."""
+
+
+def solve_on_lattice(
+    problem: Problem, judge: Judge, budget: Budget, report: Report, heuristic: MakeHeuristic
+) -> SearchResult:
+    """Search the manipulation-feasibility graph of ``problem`` for a plan of least cost.
+
+    Raises:
+        InputError: the start or the goal is off the lattice.
+    """
+    meter = budget.start()
+    decided = judge.mode_decisions
+    start_node(problem)
+    goals = GoalNodes(problem)
+    try:
+        valid = goals.reachable(problem, judge)
+        if not valid:
+            # No set of placements fits the goal: nothing to search.
+            return _without_search(Status.INFEASIBLE, math.inf, meter)
+        graph = FeasibilityGraph(problem, judge, goals, heuristic(problem, judge, valid))
+    except KeyboardInterrupt:
+        return _without_search(Status.INTERRUPTED, 0.0, meter)
+
+    def observe(search: BestFirstSearch) -> None:
+        report(
+            Progress(
+                time=meter.elapsed(),
+                expanded=search.expanded,
+                open=search.waiting,
+                mode_decisions=judge.mode_decisions - decided,
+                cost=search.cost if search.cost < math.inf else None,
+                lower_bound=search.bound,
+            )
+        )
+
+    found = BestFirstSearch(graph, meter, observe).run()
+    moves = extract_moves(problem, graph, found.path) if found.path else ()
+    statistics = {
+        "time_s": meter.elapsed(),
+        "expanded": found.expanded,
+        "generated": found.generated,
+        "mode_decisions": judge.mode_decisions - decided,
+        "placement_sets": len(graph.sets),
+        "history": [list(row) for row in found.history],
+    }
+    return _result(found, moves, statistics)
+
+
+def _result(found: Found, moves: tuple[Any, ...], statistics: dict[str, Any]) -> SearchResult:
+    known = found.cost < math.inf
+    cost = math.fsum(move.cost for move in moves) if known else None
+    bound = found.lower_bound if cost is None else min(found.lower_bound, cost)
+    return SearchResult(
+        status=found.status,
+        moves=moves,
+        cost=cost,
+        lower_bound=bound,
+        optimal=cost is not None and cost <= bound * (1.0 + PROVEN),
+        statistics=statistics,
+    )
+
+
+def _without_search(status: Status, bound: float, meter: Meter) -> SearchResult:
+    elapsed = meter.elapsed()
+    statistics = {
+        "time_s": elapsed,
+        "expanded": 0,
+        "generated": 0,
+        "mode_decisions": 0,
+        "placement_sets": 0,
+        "history": [[elapsed, None, bound]],
+    }
+    return SearchResult(status=status, lower_bound=bound, statistics=statistics)
+
+
+@final
+class AStar(Planner):
+    """A* with the heuristic (11) (Sec. 4.4)."""
+
+    name: ClassVar[str] = "astar"
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+
+    def solve(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,  # noqa: ARG002
+        report: Report = silent,
+    ) -> SearchResult:
+        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
+        if has_lanes(problem, judge):
+            return solve_on_lanes(problem, judge, budget, report)
+        return solve_on_lattice(problem, judge, budget, report, TravelHeuristic)
+
+
+@final
+class Dijkstra(Planner):
+    """A* without heuristic."""
+
+    name: ClassVar[str] = "dijkstra"
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+
+    def solve(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,  # noqa: ARG002
+        report: Report = silent,
+    ) -> SearchResult:
+        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
+        return solve_on_lattice(problem, judge, budget, report, _no_heuristic)
+
+
+def _no_heuristic(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> Heuristic:  # noqa: ARG001
+    return NoHeuristic(problem)

@@ -1,0 +1,207 @@
+"""What every planner shares: budget, outcome, progress, and the one method ``solve``."""
+
+from __future__ import annotations
+
+import enum
+import os
+import resource
+import sys
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias, final
+
+import numpy as np
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.moves import Move
+from gm_ompl.problem import Problem
+
+MEMORY_CHECK_EVERY = 256
+"""Calls of ``Meter.spent`` between two readings of the process's memory: a reading costs 10 us."""
+
+MEGABYTE = 1024.0 * 1024.0
+
+
+class Status(enum.Enum):
+    """How a search ended; the value is the word that plan files use."""
+
+    SOLVED = "solved"
+    INFEASIBLE = "infeasible"
+    BUDGET = "budget"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def sentence(self) -> str:
+        """What the status means, for the user."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.SOLVED: "a plan was found",
+    Status.INFEASIBLE: "it is proven that no plan exists",
+    Status.BUDGET: "the budget was spent before a plan was found or its absence proven",
+    Status.INTERRUPTED: "the search was interrupted",
+}
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What a search may spend; None is no limit.
+
+    Attributes:
+        time_limit: wall time [s].
+        max_iterations: iterations: node expansions, or a sampling planner's own iterations.
+        memory_limit_mb: resident memory of the whole process [MiB].
+    """
+
+    time_limit: float | None = None
+    max_iterations: int | None = None
+    memory_limit_mb: float | None = None
+
+    def start(self) -> Meter:
+        """Return a running meter of this budget."""
+        return Meter(self)
+
+
+@final
+class Meter:
+    """A budget being spent; its clock starts when it is made."""
+
+    def __init__(self, budget: Budget) -> None:
+        self.budget = budget
+        self._started = time.monotonic()
+        self._calls = 0
+
+    def elapsed(self) -> float:
+        """Return the wall time since the start [s]."""
+        return time.monotonic() - self._started
+
+    def spent(self, iterations: int = 0) -> bool:
+        """Whether a limit is reached after ``iterations``; cheap enough for inner loops."""
+        budget = self.budget
+        if budget.max_iterations is not None and iterations >= budget.max_iterations:
+            return True
+        if budget.time_limit is not None and self.elapsed() >= budget.time_limit:
+            return True
+        if budget.memory_limit_mb is None:
+            return False
+        self._calls += 1
+        return self._calls % MEMORY_CHECK_EVERY == 1 and self.out_of_memory()
+
+    def out_of_memory(self, extra: float = 0.0) -> bool:
+        """Whether ``extra`` more bytes would reach the memory limit, read now."""
+        limit = self.budget.memory_limit_mb
+        return limit is not None and resident_memory() + extra >= limit * MEGABYTE
+
+
+def resident_memory() -> float:
+    """Return the resident memory of this process [bytes]."""
+    try:
+        with open("/proc/self/statm", "rb") as statm:
+            pages = int(statm.read().split()[1])
+        return float(pages * os.sysconf("SC_PAGE_SIZE"))
+    except OSError:
+        # No /proc (macOS): the peak stands in for the present, in bytes there, else in KiB.
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return float(peak) * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """An event that a running search emits now and then.
+
+    Attributes:
+        time: since the start [s].
+        expanded: nodes expanded, or iterations.
+        open: nodes waiting.
+        mode_decisions: decisions of Sec. 3.4 asked for so far.
+        cost: of the best plan known, or None.
+        lower_bound: no plan is cheaper.
+    """
+
+    time: float
+    expanded: int
+    open: int
+    mode_decisions: int
+    cost: float | None
+    lower_bound: float
+
+
+Report: TypeAlias = Callable[[Progress], None]
+
+
+def silent(_: Progress) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class PlannerSpecs:
+    """What a planner can and cannot do.
+
+    Attributes:
+        directed: it respects that arcs are one-way (always required of planners offered).
+        optimal: it proves or approaches the optimum, rather than stopping at any plan.
+        randomised: its result depends on the seed.
+    """
+
+    directed: bool
+    optimal: bool
+    randomised: bool
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """How a search ended and what it knows.
+
+    Attributes:
+        status: how it ended; SOLVED also when a budget was spent with a plan in hand.
+        moves: the plan's arcs from start to goal; none without a plan.
+        cost: their total, or None without a plan.
+        lower_bound: no plan is cheaper; +inf where it is proven that there is none.
+        optimal: whether the plan is proven optimal on the lattice.
+        statistics: at least ``time_s``, ``expanded``, ``generated``, ``mode_decisions`` and
+            ``history``, a list of [time, cost or None, bound].
+    """
+
+    status: Status
+    moves: tuple[Move, ...] = ()
+    cost: float | None = None
+    lower_bound: float = 0.0
+    optimal: bool = False
+    statistics: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Planner(ABC):
+    """A way to find plans.
+
+    Attributes:
+        name: what users call it.
+        specs: what it can and cannot do.
+    """
+
+    name: ClassVar[str]
+    specs: ClassVar[PlannerSpecs]
+
+    @abstractmethod
+    def solve(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,
+        report: Report = silent,
+    ) -> SearchResult:
+        """Search for a plan.
+
+        Args:
+            problem: what to plan.
+            judge: answers Sec. 4.2's questions about ``problem``.
+            budget: what the search may spend.
+            rng: the only source of randomness.
+            report: called now and then with the search's progress.
+
+        Raises:
+            InputError: the planner cannot treat this problem; the message says why.
+        """

@@ -1,0 +1,200 @@
+"""A manipulation problem: the scenario as the planners see it, values only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gm_ompl.arrays import Array, read_only
+from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.geometry.placements import PlacementTable
+from gm_ompl.geometry.solids import Body
+from gm_ompl.motion.lattice import Coordinates, Lattice
+from gm_ompl.motion.motion import Motion
+
+Placements = tuple[int, ...]
+"""Per finger, its row in the placement table."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fingers:
+    """The hand: n fingertips and where each may be placed.
+
+    Attributes:
+        radius: (n,), fingertip radius.
+        max_normal_force: (n,), f_max.
+        friction: (n,), Coulomb coefficient against the object.
+        placements: the placements, common to all fingers.
+        start: per finger, its placement in the start state, or None for any.
+        goal: likewise in the goal state.
+    """
+
+    radius: Array
+    max_normal_force: Array
+    friction: Array
+    placements: PlacementTable
+    start: tuple[int | None, ...]
+    goal: tuple[int | None, ...]
+
+    def __post_init__(self) -> None:
+        n = len(self.start)
+        for name in ("radius", "max_normal_force", "friction"):
+            object.__setattr__(self, name, read_only(getattr(self, name), (n,), name))
+
+    @property
+    def count(self) -> int:
+        """Number of fingers n."""
+        return len(self.start)
+
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """Return the groups of interchangeable fingers, each in increasing order.
+
+        Fingers are interchangeable when radius, limit, friction, start and goal are equal.
+        """
+        groups: dict[tuple[object, ...], list[int]] = {}
+        for i in range(self.count):
+            key = (
+                float(self.radius[i]), float(self.max_normal_force[i]), float(self.friction[i]),
+                self.start[i], self.goal[i],
+            )  # fmt: skip
+            groups.setdefault(key, []).append(i)
+        return tuple(tuple(group) for group in groups.values())
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A fixed body of the environment, world frame."""
+
+    name: str
+    body: Body
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What carries part of the object's weight and stands in the way.
+
+    Attributes:
+        floor: whether the half space z < 0 is solid.
+        obstacles: fixed bodies, world frame.
+        friction: Coulomb coefficient of every environment contact.
+    """
+
+    floor: bool
+    obstacles: tuple[Obstacle, ...]
+    friction: float
+
+
+@dataclass(frozen=True)
+class MechanicsSettings:
+    """Settings of Sec. 3; defaults are the paper's.
+
+    Attributes:
+        gravity: g, along the world's -z.
+        cone_edges: s.
+        z_min: the threshold on the stability margin.
+        backend: "kernel" (compiled) or "highs" (the reference).
+    """
+
+    gravity: float = 9.8
+    cone_edges: int = 6
+    z_min: float = 0.5
+    backend: str = "kernel"
+
+
+@dataclass(frozen=True)
+class CostSettings:
+    """Settings of Sec. 4.3; defaults are the paper's.
+
+    Attributes:
+        regrasp: X_regr of Eq. (10).
+        stability: X_stab of Eq. (9).
+        samples_per_arc: P of Eq. (9).
+    """
+
+    regrasp: float = 100.0
+    stability: float = 0.01
+    samples_per_arc: int = 3
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where the object must end: a box in coordinates (a point where low = high).
+
+    Attributes:
+        low: least value per coordinate, or None where any value will do.
+        high: greatest value per coordinate, or None.
+        periods: per coordinate, its period, or None.
+    """
+
+    low: tuple[float | None, ...]
+    high: tuple[float | None, ...]
+    periods: tuple[float | None, ...]
+
+    def contains(self, q: Coordinates, tolerance: float = 1e-9) -> bool:
+        """Whether ``q`` lies in the goal, up to ``tolerance`` in each coordinate's unit."""
+        for value, low, high, period in zip(q, self.low, self.high, self.periods, strict=True):
+            if low is None or high is None:
+                continue
+            offset = value - low
+            if period is not None:
+                offset = (offset + tolerance) % period - tolerance
+            if not -tolerance <= offset <= high - low + tolerance:
+                return False
+        return True
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything a planner needs; made from a scenario.
+
+    Attributes:
+        name: the scenario's name.
+        body: the object, object frame (origin at the centre of mass).
+        mass: M.
+        inertia: (3, 3), J about the centre of mass, object frame.
+        environment: floor and obstacles.
+        fingers: the hand.
+        motion: the object's degrees of freedom.
+        lattice: the object's lattice nodes, or None where only continuous planners apply.
+        start: coordinates of the start.
+        goal: where the object must end.
+        mechanics: settings of Sec. 3.
+        cost: settings of Sec. 4.3.
+    """
+
+    name: str
+    body: Body
+    mass: float
+    inertia: Array
+    environment: Environment
+    fingers: Fingers
+    motion: Motion
+    lattice: Lattice
+    start: Coordinates
+    goal: Goal
+    mechanics: MechanicsSettings = field(default_factory=MechanicsSettings)
+    cost: CostSettings = field(default_factory=CostSettings)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
+
+    def instant(
+        self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements
+    ) -> Instant:
+        """Return the mode decision's input for ``fingers`` at ``placements`` (same length)."""
+        rows = np.asarray(placements, dtype=np.int64)
+        hand = np.asarray(fingers, dtype=np.int64)
+        table = self.fingers.placements
+        return Instant(
+            contacts=contacts,
+            points=table.points[rows],
+            normals=table.normals[rows],
+            friction=self.fingers.friction[hand],
+            max_normal_force=self.fingers.max_normal_force[hand],
+            environment_friction=self.environment.friction,
+            mass=self.mass,
+            inertia=self.inertia,
+            gravity=self.mechanics.gravity,
+            cone_edges=self.mechanics.cone_edges,
+        )

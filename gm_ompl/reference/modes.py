@@ -1,0 +1,171 @@
+"""Sec. 3.4: the control modes, and commanded forces, that make manipulation most stable."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.state import Instant
+from gm_ompl.reference.internal_force import InternalForce, excessive_internal_force
+from gm_ompl.reference.stability import Stability, stability, stability_at
+from gm_ompl.reference.statics import Statics, force_unit, statics
+
+Modes = tuple[ControlMode, ...]
+
+TIE = 1e-7
+"""Margins that differ by no more than this, relatively, are equal."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModeSet:
+    """What Sec. 3.4 finds for one combination of modes.
+
+    Attributes:
+        modes: per finger.
+        internal_force: the verdict of Problem (5).
+        stability: the optimum of Problem (6), in units of the force scale; None where
+            Problem (5) rules the combination out.
+    """
+
+    modes: Modes
+    internal_force: InternalForce
+    stability: Stability | None
+
+
+def decide_modes(instant: Instant, prefer: Modes | None = None) -> ModeDecision:
+    """Return the best modes at an instant and their commanded forces (Sec. 3.4).
+
+    Args:
+        instant: the contacts, the fingers, the object.
+        prefer: modes to prefer among equally many position-controlled fingers, in a tie.
+
+    Raises:
+        SolverError: the solver returned no answer.
+    """
+    return decision(best_mode_set(instant, prefer), instant)
+
+
+def best_mode_set(instant: Instant, prefer: Modes | None = None) -> ModeSet | None:
+    """Return the best combination of modes with its proofs; None where none passes (5).
+
+    Combinations with more position-controlled fingers come first, and two kinds are skipped
+    unjudged: where a subset of the position-controlled fingers fails Problem (5) so does the
+    whole; where a superset passed, z cannot be larger, as a force-controlled finger's forces
+    are among those of the same finger under position control.
+
+    Args:
+        instant: the contacts, the fingers, the object.
+        prefer: modes to prefer among equally many position-controlled fingers, in a tie.
+
+    Raises:
+        SolverError: the solver returned no answer.
+    """
+    return choose(list(_maximal_sets(statics(instant))), prefer)
+
+
+def all_mode_sets(instant: Instant) -> tuple[ModeSet, ...]:
+    """Judge every combination of modes, none skipped, as Sec. 3.4 is written.
+
+    Raises:
+        SolverError: the solver returned no answer.
+    """
+    model = statics(instant)
+    return tuple(_judge(model, modes) for modes in combinations(model.fingers))
+
+
+def margin(instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None]) -> float:
+    """Return z for fixed modes and fixed f_com; Problem (5) is not asked.
+
+    Args:
+        instant: the contacts, the fingers, the object.
+        modes: per finger.
+        f_com: per finger, its commanded normal force; None under position control.
+
+    Raises:
+        SolverError: the solver returned no answer.
+    """
+    model = statics(instant)
+    commanded = np.array([0.0 if f is None else f for f in f_com], dtype=np.float64)
+    return stability_at(model, modes, commanded / model.scale).z * model.scale
+
+
+def choose(sets: Sequence[ModeSet], prefer: Modes | None = None) -> ModeSet | None:
+    """Return the judged set with the largest z, ties broken; None where none passes (5).
+
+    Of sets tied the one with more position-controlled fingers wins, then ``prefer``, then the
+    lexicographically first, position before force.
+    """
+    passed = [s for s in sets if s.stability is not None]
+    if not passed:
+        return None
+    most = max(_z(s) for s in passed)
+    tied = [s for s in passed if _z(s) >= most - TIE * abs(most)] if np.isfinite(most) else [
+        s for s in passed if _z(s) == most
+    ]  # fmt: skip
+    return min(tied, key=lambda s: (_rank(s.modes), s.modes != prefer, _letters(s.modes)))
+
+
+def decision(best: ModeSet | None, instant: Instant) -> ModeDecision:
+    """Turn the chosen set into a decision, forces in the scenario's units."""
+    if best is None or best.stability is None:
+        return ModeDecision(Outcome.INTERNAL_FORCE, -np.inf)
+    if best.stability.z == -np.inf:
+        return ModeDecision(Outcome.NO_EQUILIBRIUM, -np.inf)
+    scale = force_unit(instant)
+    f_com = tuple(
+        min(float(f) * scale, float(most)) if mode is ControlMode.FORCE else None
+        for mode, f, most in zip(
+            best.modes, best.stability.f_com, instant.max_normal_force, strict=True
+        )
+    )
+    z = best.stability.z * scale
+    return ModeDecision(Outcome.STABLE, z, best.modes, f_com, best.stability.direction)
+
+
+def combinations(fingers: int) -> list[Modes]:
+    """Return all combinations of modes, more position-controlled fingers first."""
+    both = (ControlMode.POSITION, ControlMode.FORCE)
+    return sorted(
+        itertools.product(both, repeat=fingers), key=lambda m: (_rank(m), _letters(m))
+    )  # fmt: skip
+
+
+def _maximal_sets(model: Statics) -> Iterator[ModeSet]:
+    passed: list[frozenset[int]] = []
+    failed: list[frozenset[int]] = []
+    verdicts: dict[frozenset[int], InternalForce] = {}
+    every = [(modes, _position(modes)) for modes in combinations(model.fingers)]
+    for _, position in every:
+        # The largest sets first: most often all fingers, or all but one, pass at once.
+        if any(position <= other for other in passed) or any(position >= f for f in failed):
+            continue
+        verdicts[position] = excessive_internal_force(model, position)
+        (failed if verdicts[position].excessive else passed).append(position)
+    for modes, position in every:
+        if position in passed:
+            yield ModeSet(modes, verdicts[position], stability(model, modes))
+
+
+def _judge(model: Statics, modes: Modes) -> ModeSet:
+    verdict = excessive_internal_force(model, _position(modes))
+    return ModeSet(modes, verdict, None if verdict.excessive else stability(model, modes))
+
+
+def _position(modes: Modes) -> frozenset[int]:
+    return frozenset(i for i, mode in enumerate(modes) if mode is ControlMode.POSITION)
+
+
+def _rank(modes: Modes) -> int:
+    return sum(mode is ControlMode.FORCE for mode in modes)
+
+
+def _letters(modes: Modes) -> tuple[bool, ...]:
+    return tuple(mode is ControlMode.FORCE for mode in modes)
+
+
+def _z(judged: ModeSet) -> float:
+    return -np.inf if judged.stability is None else judged.stability.z

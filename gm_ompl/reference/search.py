@@ -1,0 +1,240 @@
+"""The paper's search stated plainly: Dijkstra over the manipulation-feasibility graph of Sec. 4.2.
+
+Every arc is judged when its tail is expanded, regrasping arcs one by one between nodes: no
+heuristic, no lazy arcs, no hubs. For small lattices.
+"""
+
+from __future__ import annotations
+
+import enum
+import heapq
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from gm_ompl.errors import InputError
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.moves import Displacement, Move
+from gm_ompl.problem import Placements, Problem
+from gm_ompl.reference.judge import Decide, Finding, ReferenceJudge
+from gm_ompl.reference.modes import decide_modes
+
+Node: TypeAlias = tuple[int, Placements]
+"""Lattice node of the object, and per finger its placement; increasing among fingers that are
+interchangeable, so that a node holds an unordered set of them."""
+
+
+class SearchStatus(enum.Enum):
+    """How a search ended; the value is a sentence for the user."""
+
+    SOLVED = "an optimal plan was found"
+    INFEASIBLE = "no path joins start and goal on this lattice"
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What the search found.
+
+    Attributes:
+        status: how it ended.
+        cost: the optimum; +inf where infeasible.
+        moves: the optimal plan, per physical finger.
+        expanded: number of nodes expanded.
+        arcs: number of arcs judged.
+        decisions: number of mode decisions made.
+    """
+
+    status: SearchStatus
+    cost: float
+    moves: tuple[Move, ...]
+    expanded: int
+    arcs: int
+    decisions: int
+
+
+def plain_search(problem: Problem, decide: Decide = decide_modes) -> SearchResult:
+    """Return the minimum-cost path from the virtual start node to the virtual goal node.
+
+    Args:
+        problem: what to solve.
+        decide: Sec. 3.4; the reference's own by default.
+
+    Raises:
+        InputError: the start is not a lattice node.
+        SolverError: a mode decision could not be made.
+    """
+    graph = Graph(problem, ReferenceJudge(problem, decide))
+    cost: dict[Node, float] = dict.fromkeys(graph.starts(), 0.0)
+    parent: dict[Node, Node] = {}
+    done: set[Node] = set()
+    counter = itertools.count()
+    queue = [(0.0, next(counter), node) for node in cost]
+    while queue:
+        reached, _, node = heapq.heappop(queue)
+        if node in done:
+            continue
+        if graph.is_goal(node):
+            moves = graph.moves(_path(parent, node))
+            return graph.result(SearchStatus.SOLVED, reached, moves, len(done))
+        done.add(node)
+        for head, length in graph.arcs_from(node):
+            if reached + length < cost.get(head, math.inf):
+                cost[head], parent[head] = reached + length, node
+                heapq.heappush(queue, (cost[head], next(counter), head))
+    return graph.result(SearchStatus.INFEASIBLE, math.inf, (), len(done))
+
+
+class Graph:
+    """The manipulation-feasibility graph of a problem.
+
+    Args:
+        problem: whose graph.
+        judge: decides which nodes and arcs exist.
+    """
+
+    def __init__(self, problem: Problem, judge: ReferenceJudge) -> None:
+        self._problem, self._judge = problem, judge
+        self._lattice = problem.lattice
+        self._groups = problem.fingers.groups()
+        self._arcs = 0
+
+    def starts(self) -> Iterator[Node]:
+        """Yield the nodes that the virtual start node leads to.
+
+        Raises:
+            InputError: the start is not a lattice node.
+        """
+        at = self._lattice.find(self._problem.start)
+        if at is None:
+            raise InputError(f"start {self._problem.start} is not a node of the lattice")
+        for placements in self._placement_sets(self._problem.fingers.start):
+            if self._valid((at, placements)):
+                yield at, placements
+
+    def is_goal(self, node: Node) -> bool:
+        """Whether an arc leads from ``node`` to the virtual goal node."""
+        if not self._problem.goal.contains(self._lattice.coordinates(node[0])):
+            return False
+        wanted = self._problem.fingers.goal
+        return all(g is None or g == p for g, p in zip(wanted, node[1], strict=True))
+
+    def arcs_from(self, node: Node) -> Iterator[tuple[Node, float]]:
+        """Yield (head, cost) of all arcs out of ``node``, each judged here."""
+        yield from self._displacements(node)
+        for finger in range(len(node[1])):
+            yield from self._regrasps(node, finger)
+
+    def moves(self, path: list[Node]) -> tuple[Move, ...]:
+        """Turn a path into moves: fingers keep their identity and coordinates are unwrapped."""
+        placements = path[0][1]
+        at = self._problem.start
+        moves: list[Move] = []
+        for tail, head in itertools.pairwise(path):
+            if tail[0] != head[0]:
+                arc = self._displacement(tail[0], head[0], at, placements)
+                moves.append(arc)
+                at = arc.end
+                continue
+            finger, target = self._moved(tail[1], head[1], placements)
+            regrasp = self._judge.regrasp(at, placements, finger, target)
+            assert regrasp is not None, "an arc of the path is infeasible when judged again"
+            moves.append(regrasp)
+            placements = _replaced(placements, finger, target)
+        return tuple(moves)
+
+    def result(
+        self, status: SearchStatus, cost: float, moves: tuple[Move, ...], expanded: int
+    ) -> SearchResult:
+        """Return a result with this graph's counts."""
+        return SearchResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
+
+    def _displacements(self, node: Node) -> Iterator[tuple[Node, float]]:
+        start = self._lattice.coordinates(node[0])
+        for neighbour, end in self._lattice.neighbours(node[0]):
+            self._arcs += 1
+            head = (neighbour, node[1])
+            if not self._valid(head):
+                continue
+            arc = self._judge.displacement(start, end, node[1], self._problem.cost.samples_per_arc)
+            if arc is not None:
+                yield head, arc.cost
+
+    def _regrasps(self, node: Node, finger: int) -> Iterator[tuple[Node, float]]:
+        at, placements = node
+        q = self._lattice.coordinates(at)
+        for target in range(len(self._problem.fingers.placements)):
+            head = (at, self._unordered(_replaced(placements, finger, target)))
+            if target == placements[finger] or not self._valid(head):
+                continue
+            self._arcs += 1
+            if self._judge.rest(q, placements, finger).finding is Finding.HOLDS:
+                yield head, self._problem.cost.regrasp
+
+    def _valid(self, node: Node) -> bool:
+        return self._judge.node_valid(self._lattice.coordinates(node[0]), node[1])
+
+    def _placement_sets(self, given: tuple[int | None, ...]) -> Iterator[Placements]:
+        """Yield every unordered choice of placements with the given ones in place."""
+        table = range(len(self._problem.fingers.placements))
+        choices = []
+        for group in self._groups:
+            fixed = given[group[0]]
+            allowed = table if fixed is None else (fixed,)
+            choices.append(list(itertools.combinations_with_replacement(allowed, len(group))))
+        for choice in itertools.product(*choices):
+            placements = [0] * len(given)
+            for group, chosen in zip(self._groups, choice, strict=True):
+                for finger, p in zip(group, chosen, strict=True):
+                    placements[finger] = p
+            yield tuple(placements)
+
+    def _unordered(self, placements: Placements) -> Placements:
+        ordered = list(placements)
+        for group in self._groups:
+            for finger, p in zip(group, sorted(placements[i] for i in group), strict=True):
+                ordered[finger] = p
+        return tuple(ordered)
+
+    def _displacement(
+        self, tail: int, head: int, at: Coordinates, placements: Placements
+    ) -> Displacement:
+        """Return the cheapest arc between two neighbours, starting at unwrapped ``at``."""
+        here = self._lattice.coordinates(tail)
+        turns = [
+            0.0 if period is None else period * round((a - h) / period)
+            for a, h, period in zip(at, here, self._lattice.periods, strict=True)
+        ]
+        ends = [end for other, end in self._lattice.neighbours(tail) if other == head]
+        arcs = [
+            self._judge.displacement(
+                at, tuple(e + t for e, t in zip(end, turns, strict=True)), placements,
+                self._problem.cost.samples_per_arc,
+            )
+            for end in ends
+        ]  # fmt: skip
+        return min((arc for arc in arcs if arc is not None), key=lambda arc: arc.cost)
+
+    def _moved(self, tail: Placements, head: Placements, physical: Placements) -> tuple[int, int]:
+        """Return the physical finger that a regrasping arc moves, and where to."""
+        for group in self._groups:
+            before, after = [tail[i] for i in group], [head[i] for i in group]
+            for p in list(before):
+                if p in after:
+                    before.remove(p)
+                    after.remove(p)
+            if before:
+                return next(i for i in group if physical[i] == before[0]), after[0]
+        raise AssertionError("the arc moves no finger")
+
+
+def _replaced(placements: Placements, finger: int, target: int) -> Placements:
+    return (*placements[:finger], target, *placements[finger + 1 :])
+
+
+def _path(parent: dict[Node, Node], node: Node) -> list[Node]:
+    path = [node]
+    while path[-1] in parent:
+        path.append(parent[path[-1]])
+    return path[::-1]

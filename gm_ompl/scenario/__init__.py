@@ -1,0 +1,1 @@
+"""Scenario files: read, checked, resolved, and made into a Problem."""

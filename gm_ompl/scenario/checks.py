@@ -1,0 +1,168 @@
+"""What a scenario's values must satisfy together, beyond each value's own kind.
+
+A check names the top-level sections it reads, so that it also runs where other sections are
+wrong: the user sees all mistakes at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.errors import did_you_mean
+from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+
+BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
+
+
+def findings(model: ScenarioModel, valid: set[str]) -> Iterator[Finding]:
+    """Yield every mistake; only sections named in ``valid`` are read."""
+    for needs, check in CHECKS:
+        if needs <= valid:
+            yield from check(model)
+
+
+def _no_mesh(path: Path, part: Any) -> Iterator[Finding]:
+    if part.mesh is not None:
+        yield (*path, "mesh"), part.mesh, "meshes are not supported yet; use box or hull"
+    elif part.scale is not None:
+        yield (*path, "scale"), part.scale, "only for a mesh; leave it out"
+
+
+def _object(model: ScenarioModel) -> Iterator[Finding]:
+    shape = model.object.shape
+    yield from one_of(("object", "shape"), shape, ("box", "hull", "mesh"))
+    yield from _no_mesh(("object", "shape"), shape)
+    centre, inertia = model.object.centre_of_mass, model.object.inertia
+    if (centre is None) != (inertia is None):
+        missing = "inertia" if inertia is None else "centre_of_mass"
+        yield (
+            ("object", missing),
+            ...,
+            "missing; give both centre_of_mass and inertia, or neither for uniform density",
+        )
+    if inertia is not None:
+        yield from _inertia(np.array(inertia))
+
+
+def _inertia(J: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[Finding]:
+    path, value = ("object", "inertia"), J.tolist()
+    scale = float(np.abs(J).max())
+    if not np.allclose(J, J.T, rtol=0, atol=1e-9 * scale):
+        yield path, value, "must be symmetric"
+        return
+    least, middle, most = np.linalg.eigvalsh(J)
+    if least <= 1e-12 * scale:
+        yield path, value, "must be positive definite (all principal moments > 0)"
+    elif most > (least + middle) * (1 + 1e-9):
+        yield path, value, "no principal moment may exceed the sum of the other two"
+
+
+def _per_finger(path: Path, value: object, count: int) -> Iterator[Finding]:
+    if isinstance(value, tuple) and len(value) != count:
+        yield path, list(value), f"needs one entry per finger: {count} (fingers.count)"
+
+
+def _fingers(model: ScenarioModel) -> Iterator[Finding]:
+    fingers = model.fingers
+    for key in ("radius", "max_normal_force"):
+        yield from _per_finger(("fingers", key), getattr(fingers, key), fingers.count)
+    for key in ("start", "goal"):
+        hand = getattr(fingers, key)
+        if isinstance(hand, tuple):
+            if len(hand) != fingers.count:
+                wanted = f"needs one entry per finger, has {len(hand)}; fingers.count is "
+                yield ("fingers", key), ..., f"{wanted}{fingers.count}"
+            yield from _hand(model, ("fingers", key), hand)
+    faces = fingers.placements.faces
+    if not isinstance(faces, str):
+        names = [str(face) for face in faces]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                yield ("fingers", "placements", "faces", i), name, "given twice; keep one"
+
+
+def _hand(model: ScenarioModel, path: Path, hand: Iterable[object]) -> Iterator[Finding]:
+    placements = model.fingers.placements
+    allowed = None if isinstance(placements.faces, str) else [str(f) for f in placements.faces]
+    seen: dict[tuple[str, tuple[int, ...]], int] = {}
+    for i, placed in enumerate(hand):
+        if not isinstance(placed, Placed):
+            continue
+        for k in (0, 1):
+            if placed.cell[k] >= placements.grid[k]:
+                last = placements.grid[k] - 1
+                yield (*path, i, "cell", k), placed.cell[k], f"the grid's last cell is {last}"
+        name = str(placed.face)
+        if allowed is not None and name not in allowed:
+            yield (
+                (*path, i, "face"),
+                name,
+                f"not among fingers.placements.faces ({', '.join(allowed)})",
+            )
+        first = seen.setdefault((name, placed.cell), i)
+        if first != i:
+            yield (*path, i), ..., f"same place as finger {first}; fingers must be apart"
+
+
+def _box_faces(model: ScenarioModel) -> Iterator[Finding]:
+    if model.object.shape.box is None:
+        return
+    named: list[tuple[Path, object]] = []
+    faces = model.fingers.placements.faces
+    if not isinstance(faces, str):
+        where = ("fingers", "placements", "faces")
+        named += [((*where, i), face) for i, face in enumerate(faces)]
+    for key in ("start", "goal"):
+        hand = getattr(model.fingers, key)
+        if isinstance(hand, tuple):
+            named += [
+                (("fingers", key, i, "face"), placed.face)
+                for i, placed in enumerate(hand)
+                if isinstance(placed, Placed)
+            ]
+    for path, face in named:
+        if str(face) not in BOX_FACES:
+            hint = did_you_mean(str(face), BOX_FACES)
+            yield path, face, f"a box has the faces {', '.join(BOX_FACES)}{hint}"
+
+
+def _friction(model: ScenarioModel) -> Iterator[Finding]:
+    yield from _per_finger(("friction", "finger"), model.friction.finger, model.fingers.count)
+
+
+def _environment(model: ScenarioModel) -> Iterator[Finding]:
+    for name, obstacle in model.environment.obstacles.items():
+        path: Path = ("environment", "obstacles", name)
+        yield from one_of(path, obstacle, ("box", "hull", "mesh"))
+        yield from _no_mesh(path, obstacle)
+        if obstacle.box is not None:
+            for i, (low, high) in enumerate(zip(obstacle.box.min, obstacle.box.max, strict=True)):
+                if not low < high:
+                    yield (*path, "box", "max", i), high, f"must be > min, which is {low!r}"
+
+
+def _expect(model: ScenarioModel) -> Iterator[Finding]:
+    between = model.expect.regrasp_between
+    if between is not None and not between[0] <= between[1]:
+        yield (
+            ("expect", "regrasp_between"),
+            list(between),
+            "the first must not exceed the second",
+        )
+
+
+CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...] = (
+    ({"object"}, _object),
+    ({"fingers"}, _fingers),
+    ({"object", "fingers"}, _box_faces),
+    ({"friction", "fingers"}, _friction),
+    ({"environment"}, _environment),
+    ({"motion"}, motion_findings),
+    ({"motion", "lattice"}, lattice_findings),
+    ({"expect"}, _expect),
+)

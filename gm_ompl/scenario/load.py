@@ -1,0 +1,142 @@
+"""Find and read scenarios: files, shipped names, random families."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from gm_ompl.errors import ScenarioError, did_you_mean
+from gm_ompl.scenario.document import Document, one_line, parse
+from gm_ompl.scenario.scenario import Scenario
+
+MAX_BYTES = 20 * 1024 * 1024
+"""Larger files are refused unread."""
+
+SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def load(name: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
+    """Return the scenario of a shipped name, a random family's name, or a file.
+
+    Args:
+        name: "paper/slide", "random/tumble/17", or a path; what exists as a file, ends in
+            .yaml, .yml or .json, or is a ``PathLike`` is a file.
+        overrides: "KEY=VALUE", as ``--set`` takes them.
+
+    Raises:
+        ScenarioError: no such scenario, or one line per mistake in it.
+    """
+    return Scenario.from_document(read(name), overrides)
+
+
+def read(name: str | os.PathLike[str]) -> Document:
+    """Return the parsed text of a scenario, not yet validated.
+
+    Raises:
+        ScenarioError: no such scenario, or its text is not YAML.
+    """
+    text = os.fspath(name)
+    is_path = not isinstance(name, str) or text.endswith(SUFFIXES)
+    if not is_path and text.startswith("random/"):
+        return _random(text)
+    if not is_path:
+        shipped_file = _shipped().get(text)
+        if shipped_file is not None:
+            return parse(shipped_file.read_text(encoding="utf-8"), str(shipped_file))
+    if is_path or os.path.exists(text):
+        return parse(_file_text(Path(text)), text)
+    names = [*shipped(), *random_names()]
+    raise ScenarioError(
+        [
+            f"{one_line(text)}: no such scenario or file{did_you_mean(text, names)}; "
+            f"shipped: {', '.join(names)}"
+        ]
+    )
+
+
+def shipped() -> tuple[str, ...]:
+    """Return the names of the shipped scenarios, in alphabetical order."""
+    return tuple(sorted(_shipped()))
+
+
+def random_names() -> tuple[str, ...]:
+    """Return one name per random family, its seed left open."""
+    from gm_ompl.scenario.families import FAMILIES  # numpy's generators load on demand
+
+    return tuple(f"random/{family}/SEED" for family in FAMILIES)
+
+
+def _shipped() -> dict[str, Traversable]:
+    found: dict[str, Traversable] = {}
+
+    def walk(folder: Traversable, prefix: str) -> None:
+        for entry in folder.iterdir():
+            if entry.is_dir():
+                walk(entry, f"{prefix}{entry.name}/")
+            elif entry.name.endswith(".yaml"):
+                found[prefix + entry.name.removesuffix(".yaml")] = entry
+
+    walk(files("gm_ompl.scenarios"), "")
+    return found
+
+
+def _random(text: str) -> Document:
+    from gm_ompl.scenario.families import FAMILIES, family_yaml
+
+    _, _, rest = text.partition("/")
+    family, _, seed = rest.partition("/")
+    if family not in FAMILIES:
+        raise ScenarioError(
+            [
+                f"{one_line(text)}: no such family{did_you_mean(family, FAMILIES)}; "
+                f"families are {', '.join(FAMILIES)}"
+            ]
+        )
+    if not (seed.isascii() and seed.isdigit() and len(seed) <= 18):
+        raise ScenarioError(
+            [
+                f"{one_line(text)}: the seed must be a whole number >= 0, "
+                f"for example random/{family}/17"
+            ]
+        )
+    return parse(family_yaml(family, int(seed)), f"random/{family}/{int(seed)}")
+
+
+def _file_text(path: Path) -> str:
+    """Return a file's text.
+
+    Raises:
+        ScenarioError: the file is missing, a folder, unreadable, too large or not UTF-8 text.
+    """
+    label = one_line(str(path))
+    try:
+        if path.is_dir():
+            raise ScenarioError([f"{label}: is a folder; a scenario is a YAML file"])
+        if not path.is_file() and path.exists():
+            raise ScenarioError([f"{label}: is not an ordinary file"])
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            limit = MAX_BYTES // 2**20
+            raise ScenarioError([f"{label}: {size} bytes; a scenario has at most {limit} MiB"])
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        names = shipped()
+        stem = str(path)
+        for suffix in SUFFIXES:
+            stem = stem.removesuffix(suffix)
+        raise ScenarioError([f"{label}: no such file{did_you_mean(stem, names)}"]) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ScenarioError([f"{label}: cannot be read: {reason}"]) from None
+    if len(content) > MAX_BYTES:
+        raise ScenarioError([f"{label}: a scenario has at most {MAX_BYTES // 2**20} MiB"])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ScenarioError(
+            [f"{label}: byte {error.start} is not UTF-8 text; a scenario is a YAML file"]
+        ) from None

@@ -1,0 +1,279 @@
+"""The scenario format, ``gm-ompl-scenario/1``: which keys there are and what each may hold.
+
+Lengths, masses and forces are in whatever consistent units the scenario uses; angles carry
+their unit and are radians here. ``docs/scenario-format.md`` explains every key by example.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Discriminator, Field, Tag
+
+from gm_ompl.scenario.fields import (
+    Angle,
+    AngleInterval,
+    Flag,
+    Interval,
+    Matrix,
+    NotNegative,
+    Number,
+    OneOrManyNotNegative,
+    OneOrManyPositive,
+    Points,
+    Positive,
+    PositiveVector,
+    Strict,
+    Text,
+    Vector,
+    Whole,
+)
+
+FORMAT = "gm-ompl-scenario/1"
+MAX_FINGERS = 5
+MAX_COUNT = 1_000_000
+"""No lattice axis and no grid side is longer than this."""
+
+Count: TypeAlias = Annotated[Whole, Field(ge=1, le=MAX_COUNT)]
+
+
+def _word_or(tag: str) -> Discriminator:
+    """Tell a single word (``all``, ``any``) from the kind named by ``tag``."""
+    return Discriminator(lambda value: "<word>" if isinstance(value, str) else tag)
+
+
+class Shape(Strict):
+    """The object's shape: exactly one of ``box``, ``hull``, ``mesh``."""
+
+    box: PositiveVector | None = Field(None, description="size along x, y, z; centred")
+    hull: Points | None = Field(None, description="points whose convex hull is the shape")
+    mesh: Text | None = Field(None, description="a mesh file (not supported yet)")
+    scale: Positive | None = Field(None, description="factor from the mesh's units")
+
+
+class ObjectModel(Strict):
+    """What is manipulated; uniform unless centre_of_mass and inertia are given."""
+
+    shape: Shape
+    mass: Positive
+    centre_of_mass: Vector | None = Field(None, description="in the shape's own coordinates")
+    inertia: Matrix | None = Field(None, description="3x3, about the centre of mass")
+
+
+class FrictionModel(Strict):
+    """Coulomb coefficients."""
+
+    environment: NotNegative
+    finger: OneOrManyNotNegative
+
+
+FaceName: TypeAlias = Annotated[
+    Annotated[Text, Tag("<name>")] | Annotated[Whole, Tag("<number>")],
+    Discriminator(lambda value: "<name>" if isinstance(value, str) else "<number>"),
+]
+
+
+class Placed(Strict):
+    """One fingertip placement."""
+
+    face: FaceName
+    cell: Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=2, max_length=2)]
+
+
+PlacedOrAny: TypeAlias = Annotated[
+    Annotated[Literal["any"], Tag("<word>")] | Annotated[Placed, Tag("<placed>")],
+    _word_or("<placed>"),
+]
+Hand: TypeAlias = Annotated[
+    Annotated[Literal["any"], Tag("<word>")] | Annotated[tuple[PlacedOrAny, ...], Tag("<hand>")],
+    _word_or("<hand>"),
+]
+
+
+class PlacementsModel(Strict):
+    """The grid of placements on the object's faces."""
+
+    grid: Annotated[tuple[Count, ...], Field(min_length=2, max_length=2)] = (7, 7)
+    faces: Annotated[
+        Annotated[Literal["all"], Tag("<word>")]
+        | Annotated[tuple[FaceName, ...], Field(min_length=1), Tag("<list>")],
+        _word_or("<list>"),
+    ] = "all"
+
+
+class FingersModel(Strict):
+    """The hand."""
+
+    count: Annotated[Whole, Field(ge=0, le=MAX_FINGERS)]
+    radius: OneOrManyPositive
+    max_normal_force: OneOrManyPositive
+    placements: PlacementsModel = PlacementsModel()
+    start: Hand = "any"
+    goal: Hand = "any"
+
+
+class BoxModel(Strict):
+    """An axis-parallel box in the world."""
+
+    min: Vector
+    max: Vector
+
+
+class ObstacleModel(Strict):
+    """A fixed body: exactly one of ``box``, ``hull``, ``mesh``."""
+
+    box: BoxModel | None = None
+    hull: Points | None = None
+    mesh: Text | None = Field(None, description="a mesh file (not supported yet)")
+    scale: Positive | None = Field(None, description="factor from the mesh's units")
+
+
+class EnvironmentModel(Strict):
+    """Floor and obstacles."""
+
+    floor: Flag = True
+    obstacles: dict[str, ObstacleModel] = Field(default_factory=dict)
+
+
+class PoseModel(Strict):
+    """Position of the centre of mass, and yaw."""
+
+    position: Vector
+    yaw: Angle = 0.0
+
+
+class RegionModel(Strict):
+    """A planar goal region."""
+
+    x: Interval
+    y: Interval
+    yaw: Annotated[
+        Annotated[Literal["any"], Tag("<word>")] | Annotated[AngleInterval, Tag("<range>")],
+        _word_or("<range>"),
+    ] = "any"
+
+
+class SlideModel(Strict):
+    """A translation."""
+
+    by: Vector
+
+
+class TumbleModel(Strict):
+    """A rotation about the bottom edge on one side."""
+
+    towards: Literal["+x", "-x", "+y", "-y"]
+    angle: Angle
+
+
+class PieceModel(Strict):
+    """One piece of a path: exactly one of ``slide``, ``tumble``."""
+
+    slide: SlideModel | None = None
+    tumble: TumbleModel | None = None
+
+
+class PlanarModel(Strict):
+    """Bounds of a planar motion."""
+
+    x: Interval
+    y: Interval
+    yaw: AngleInterval
+
+
+def _pose_or_region(value: object) -> str:
+    """Tell by the keys; pydantic asks for values already made, too."""
+    if isinstance(value, RegionModel):
+        return "<region>"
+    keys = set(value) if isinstance(value, dict) else set()
+    return "<region>" if keys & {"x", "y"} and "position" not in keys else "<pose>"
+
+
+class MotionModel(Strict):
+    """Start, and a path or planar degrees of freedom."""
+
+    start: PoseModel
+    path: Annotated[tuple[PieceModel, ...], Field(min_length=1)] | None = None
+    planar: PlanarModel | None = None
+    goal: (
+        Annotated[
+            Annotated[PoseModel, Tag("<pose>")] | Annotated[RegionModel, Tag("<region>")],
+            Discriminator(_pose_or_region),
+        ]
+        | None
+    ) = None
+
+
+class StepsModel(Strict):
+    """Lattice steps of a planar motion."""
+
+    x: Positive
+    y: Positive
+    yaw: Angle
+
+
+class LatticeModel(Strict):
+    """How finely the object's motion is divided."""
+
+    segments: (
+        Annotated[
+            Annotated[Count, Tag("<one>")] | Annotated[tuple[Count, ...], Tag("<many>")],
+            Discriminator(lambda v: "<many>" if isinstance(v, (list, tuple)) else "<one>"),
+        ]
+        | None
+    ) = None
+    steps: StepsModel | None = None
+
+
+class MechanicsModel(Strict):
+    """Settings of Sec. 3; defaults are the paper's."""
+
+    cone_edges: Annotated[Whole, Field(ge=3, le=64)] = 6
+    directions: Literal[76] = 76
+    z_min: Positive = 0.5
+    backend: Literal["kernel", "highs"] = "kernel"
+
+
+class CostModel(Strict):
+    """Settings of Sec. 4.3; defaults are the paper's."""
+
+    regrasp: NotNegative = 100.0
+    stability: NotNegative = 0.01
+    samples_per_arc: Annotated[Whole, Field(ge=1, le=1000)] = 3
+
+
+class ExpectAtModel(Strict):
+    """What the plan must look like at one point of the path."""
+
+    s: Annotated[Number, Field(ge=0, le=1)]
+    faces: tuple[FaceName, ...] | None = None
+    modes: tuple[Literal["position", "force"], ...] | None = None
+
+
+class ExpectModel(Strict):
+    """What must come out; compared by tests, ignored by planners."""
+
+    status: Literal["solved", "infeasible", "budget"] | None = None
+    regrasps: Annotated[Whole, Field(ge=0)] | None = None
+    regrasp_between: Interval | None = None
+    cost: NotNegative | None = None
+    at: tuple[ExpectAtModel, ...] = ()
+
+
+class ScenarioModel(Strict):
+    """A whole scenario."""
+
+    format: Literal["gm-ompl-scenario/1"]
+    name: Annotated[Text, Field(min_length=1)]
+    source: Text = ""
+    description: Text = ""
+    object: ObjectModel
+    friction: FrictionModel
+    gravity: NotNegative = 9.8
+    fingers: FingersModel
+    environment: EnvironmentModel = EnvironmentModel()
+    motion: MotionModel
+    lattice: LatticeModel
+    mechanics: MechanicsModel = MechanicsModel()
+    cost: CostModel = CostModel()
+    expect: ExpectModel = ExpectModel()

@@ -1,0 +1,150 @@
+"""What a scenario's motion and lattice must satisfy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+from gm_ompl.motion.planar import FULL_TURN
+from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.fields import Strict
+from gm_ompl.scenario.model import MAX_COUNT, ScenarioModel
+
+Finding: TypeAlias = tuple[Path, object, str]
+"""Path, value (or ``...`` where the message needs none), what would be right."""
+
+
+def one_of(path: Path, part: Strict, keys: tuple[str, ...]) -> Iterator[Finding]:
+    """Yield a finding unless exactly one of ``keys`` is given."""
+    given = [key for key in keys if getattr(part, key) is not None]
+    if len(given) != 1:
+        have = " and ".join(given) if given else "none"
+        yield path, ..., f"needs exactly one of {', '.join(keys)}; given: {have}"
+
+
+def motion_findings(model: ScenarioModel) -> Iterator[Finding]:
+    """Yield the mistakes in ``motion``."""
+    motion = model.motion
+    yield from one_of(("motion",), motion, ("path", "planar"))
+    for i, piece in enumerate(motion.path or ()):
+        path: Path = ("motion", "path", i)
+        yield from one_of(path, piece, ("slide", "tumble"))
+        if piece.slide is not None and not any(piece.slide.by):
+            by = list(piece.slide.by)
+            yield (*path, "slide", "by"), by, "must not be zero; leave the piece out"
+        if piece.tumble is not None and not 0 < piece.tumble.angle <= FULL_TURN:
+            degrees = f"{math.degrees(piece.tumble.angle):g} deg"
+            yield (
+                (*path, "tumble", "angle"),
+                degrees,
+                "must be > 0 deg and at most 360 deg; for the other way change towards",
+            )
+    if motion.path is not None and motion.goal is not None:
+        yield ("motion", "goal"), ..., "a path ends at its last piece; leave goal out"
+    if motion.planar is not None:
+        yield from _planar(model)
+
+
+def _planar(model: ScenarioModel) -> Iterator[Finding]:
+    motion = model.motion
+    assert motion.planar is not None
+    bounds = {"x": motion.planar.x, "y": motion.planar.y, "yaw": motion.planar.yaw}
+    for key, (low, high) in bounds.items():
+        if not low < high:
+            yield ("motion", "planar", key, 1), high, f"must be > the first, {low!r}"
+    low, high = bounds["yaw"]
+    if high - low > FULL_TURN * (1 + 1e-9):
+        yield ("motion", "planar", "yaw"), ..., "covers more than a full turn (360 deg)"
+    if motion.goal is None:
+        yield ("motion", "goal"), ..., "missing; a planar motion needs a goal (pose or region)"
+        return
+    yield from _within(bounds, ("motion", "start"), _wanted(motion.start))
+    yield from _within(bounds, ("motion", "goal"), _wanted(motion.goal))
+    position = getattr(motion.goal, "position", None)
+    height = motion.start.position[2]
+    if position is not None and not math.isclose(
+        position[2], height, rel_tol=1e-9, abs_tol=1e-9 * max(map(abs, position))
+    ):
+        yield (
+            ("motion", "goal", "position", 2),
+            position[2],
+            f"must equal the start's height {height!r}: the motion is planar",
+        )
+
+
+def _wanted(part: Any) -> dict[str, tuple[Path, tuple[float, ...]]]:
+    """Return per coordinate where its value stands and its least and greatest value."""
+    if hasattr(part, "position"):
+        x, y, _ = part.position
+        return {
+            "x": (("position", 0), (x, x)),
+            "y": (("position", 1), (y, y)),
+            "yaw": (("yaw",), (part.yaw, part.yaw)),
+        }
+    found: dict[str, tuple[Path, tuple[float, ...]]] = {
+        "x": (("x",), part.x),
+        "y": (("y",), part.y),
+    }
+    if part.yaw != "any":
+        found["yaw"] = (("yaw",), part.yaw)
+    return found
+
+
+def _within(
+    bounds: dict[str, tuple[float, ...]],
+    path: Path,
+    wanted: dict[str, tuple[Path, tuple[float, ...]]],
+) -> Iterator[Finding]:
+    for key, (below, (least, most)) in wanted.items():
+        low, high = bounds[key]
+        if least > most:
+            yield (*path, *below), [least, most], "the first must not exceed the second"
+            continue
+        if key == "yaw" and high - low >= FULL_TURN * (1 - 1e-9):
+            continue
+        slack = 1e-9 * (high - low)
+        if least < low - slack or most > high + slack:
+            value = least if least == most else [least, most]
+            yield (*path, *below), value, f"outside motion.planar.{key}, {low!r} to {high!r}"
+
+
+def lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
+    """Yield the mistakes in ``lattice``, which must suit ``motion``."""
+    motion, lattice = model.motion, model.lattice
+    if motion.path is not None:
+        if lattice.steps is not None:
+            yield ("lattice", "steps"), ..., "steps are for planar motion; use segments"
+        if lattice.segments is None:
+            yield ("lattice", "segments"), ..., "missing; add it, for example segments: 30"
+        elif isinstance(lattice.segments, tuple) and len(lattice.segments) != len(motion.path):
+            yield (
+                ("lattice", "segments"),
+                list(lattice.segments),
+                f"needs one entry per piece of motion.path: {len(motion.path)}",
+            )
+    if motion.planar is not None:
+        if lattice.segments is not None:
+            yield ("lattice", "segments"), ..., "segments are for a path; use steps"
+        if lattice.steps is None:
+            example = "steps: {x: 0.5, y: 0.5, yaw: 5 deg}"
+            yield ("lattice", "steps"), ..., f"missing; add it, for example {example}"
+        else:
+            yield from _steps(model)
+
+
+def _steps(model: ScenarioModel) -> Iterator[Finding]:
+    planar, steps = model.motion.planar, model.lattice.steps
+    assert planar is not None
+    for key in ("x", "y", "yaw"):
+        (low, high), step = getattr(planar, key), getattr(steps, key)
+        path: Path = ("lattice", "steps", key)
+        if not step > 0:
+            yield path, step, "must be > 0"
+        elif (high - low) / step > MAX_COUNT:
+            yield path, step, f"gives more than {MAX_COUNT} steps; make it larger"
+        elif key == "yaw" and math.isclose(high - low, FULL_TURN, rel_tol=1e-9):
+            turns = FULL_TURN / step
+            if abs(turns - round(turns)) > 1e-6 or round(turns) < 3:
+                degrees = f"{math.degrees(step):g} deg"
+                yield path, degrees, "must divide a full turn, 360 deg, in at least 3 steps"

@@ -1,0 +1,138 @@
+"""``Scenario``: a validated scenario, where it came from, and its resolved form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from gm_ompl.errors import ScenarioError
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.build import build_problem
+from gm_ompl.scenario.checks import findings
+from gm_ompl.scenario.document import Document
+from gm_ompl.scenario.fields import per_finger
+from gm_ompl.scenario.messages import validation_problems, value_problem
+from gm_ompl.scenario.model import ExpectModel, ScenarioModel
+from gm_ompl.scenario.overrides import apply_overrides
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """A scenario whose every value has been checked.
+
+    Attributes:
+        model: the values.
+        document: where each of them stands.
+        problem: what the planners see.
+    """
+
+    model: ScenarioModel
+    document: Document
+    problem: Problem
+
+    @classmethod
+    def from_document(cls, document: Document, overrides: Iterable[str] = ()) -> Scenario:
+        """Return the scenario in ``document`` with ``overrides`` ("KEY=VALUE") applied.
+
+        Raises:
+            ScenarioError: one line per mistake.
+        """
+        problems = apply_overrides(document, overrides)
+        model, mistakes = _validate(document)
+        problems += mistakes
+        if problems or model is None:
+            raise ScenarioError(list(dict.fromkeys(problems)))
+        return cls(model, document, build_problem(model, document))
+
+    @classmethod
+    def from_resolved(cls, tree: Mapping[str, Any], label: str = "scenario") -> Scenario:
+        """Return the scenario that ``resolved`` wrote, for example from a plan file.
+
+        Raises:
+            ScenarioError: one line per mistake.
+        """
+        if not isinstance(tree, Mapping):
+            raise ScenarioError([f"{label}: expected a mapping of keys (format:, name:, ...)"])
+        return cls.from_document(Document(label, dict(tree)))
+
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+        return self.model.name
+
+    @property
+    def source(self) -> str:
+        """Where the scenario comes from."""
+        return self.model.source
+
+    @property
+    def description(self) -> str:
+        """What the scenario shows."""
+        return self.model.description
+
+    @property
+    def expect(self) -> ExpectModel:
+        """What must come out."""
+        return self.model.expect
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the whole scenario with the file's keys: defaults and per-finger values filled in.
+
+        Only plain lists, mappings, numbers and text; saved as YAML or JSON and loaded again it
+        gives the identical problem. Angles are written in rad.
+        """
+        model = self.model
+        tree: dict[str, Any] = model.model_dump(mode="json", exclude_none=True)
+        n = model.fingers.count
+        for section, key in (
+            ("fingers", "radius"),
+            ("fingers", "max_normal_force"),
+            ("friction", "finger"),
+        ):
+            tree[section][key] = list(per_finger(getattr(getattr(model, section), key), n))
+        for key in ("start", "goal"):
+            if isinstance(tree["fingers"][key], str):
+                tree["fingers"][key] = ["any"] * n
+        if model.motion.path is not None and not isinstance(model.lattice.segments, tuple):
+            tree["lattice"]["segments"] = [model.lattice.segments] * len(model.motion.path)
+        return tree
+
+
+def _validate(document: Document) -> tuple[ScenarioModel | None, list[str]]:
+    """Return the model, or None, and every mistake in the tree."""
+    tree = document.tree
+    assert isinstance(tree, dict)
+    problems: list[str] = []
+    model: ScenarioModel | None
+    try:
+        model = partial = ScenarioModel.model_validate(tree)
+        valid = set(ScenarioModel.model_fields)
+    except ValidationError as error:
+        problems = validation_problems(document, error)
+        model, valid = None, set(ScenarioModel.model_fields)
+        valid -= {str(detail["loc"][0]) for detail in error.errors()}
+        partial = _sections(tree, valid)
+    for path, value, wanted in findings(partial, valid):
+        if value is ...:
+            problems.append(document.line(path, wanted))
+        else:
+            problems.append(value_problem(document, path, value, wanted))
+    return model, problems
+
+
+def _sections(tree: Mapping[str, Any], valid: set[str]) -> ScenarioModel:
+    """Return a model of only the sections that are right, for the checks across keys."""
+    values = {
+        key: TypeAdapter(field.rebuild_annotation()).validate_python(tree[key])
+        for key, field in ScenarioModel.model_fields.items()
+        if key in valid and key in tree
+    }
+    return ScenarioModel.model_construct(**values)
+
+
+def build(scenario: Scenario) -> Problem:
+    """Return what the planners see of ``scenario``."""
+    return scenario.problem

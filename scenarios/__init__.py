@@ -1,0 +1,1 @@
+"""Scenarios that ship with gm_ompl, as YAML files in folders."""

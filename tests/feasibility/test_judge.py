@@ -1,0 +1,127 @@
+"""The judge, against the reference's plain judgements and by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from gm_ompl.contact.decision import ModeDecision, Outcome
+from gm_ompl.errors import InputError
+from gm_ompl.feasibility.backends import BACKENDS, make_backend
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.reference_backend import ReferenceBackend
+from gm_ompl.feasibility.verdict import Finding, Verdict
+from gm_ompl.problem import Problem
+from gm_ompl.reference.judge import ReferenceJudge
+from gm_ompl.scenario.load import load
+
+
+@pytest.fixture(scope="module")
+def slide() -> Problem:
+    """The paper's slide on a coarse grid."""
+    return load("paper/slide", ["fingers.placements.grid=[2, 2]"]).problem
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_agrees_with_the_reference_judge(seed: int) -> None:
+    """Nodes, segments and rests at random coordinates: the same verdicts, the same z."""
+    problem = load(f"random/small/{seed}").problem
+    judge, plain = Judge(problem, ReferenceBackend(problem)), ReferenceJudge(problem)
+    rng = np.random.default_rng(seed)
+    n, P = problem.fingers.count, len(problem.fingers.placements)
+    for _ in range(6):
+        q, dq = (float(rng.random()),), (float(rng.choice([-0.1, 0.1])),)
+        placements = tuple(int(p) for p in rng.integers(0, P, n))
+        assert judge.placements_valid(q, placements) == plain.node_valid(q, placements)
+        ours, theirs = judge.segment(q, dq, placements), plain.segment(q, dq, placements)
+        assert ours.finding.name == _NAMES[theirs.finding.name]
+        if ours.decision is not None and theirs.decision is not None:
+            assert ours.decision.z == pytest.approx(theirs.decision.z, rel=1e-9)
+        others = tuple(range(1, n))
+        rest = judge.rest(q, others, placements[1:])
+        ours = Verdict.of(rest, problem.mechanics.z_min)
+        assert ours.finding.name == _NAMES[plain.rest(q, placements, 0).finding.name]
+
+
+_NAMES = {
+    "HOLDS": "HOLDS",
+    "PENETRATION": "GEOMETRY",
+    "INTERNAL_FORCE": "INTERNAL_FORCE",
+    "NO_EQUILIBRIUM": "NO_EQUILIBRIUM",
+    "TOO_WEAK": "UNSTABLE",
+}
+
+
+def test_every_finding_by_hand() -> None:
+    """Each outcome of a mode decision has its finding; the threshold itself passes."""
+    def finding(outcome: Outcome, z: float) -> Finding:
+        return Verdict.of(ModeDecision(outcome, z), 0.5).finding
+
+    assert finding(Outcome.STABLE, 0.5) is Finding.HOLDS
+    assert finding(Outcome.STABLE, 0.49) is Finding.UNSTABLE
+    assert finding(Outcome.BELOW, 0.3) is Finding.UNSTABLE
+    assert finding(Outcome.INTERNAL_FORCE, -np.inf) is Finding.INTERNAL_FORCE
+    assert finding(Outcome.NO_EQUILIBRIUM, -np.inf) is Finding.NO_EQUILIBRIUM
+
+
+def test_two_fingertips_do_not_share_a_place(slide: Problem) -> None:
+    """A placement clears itself for no pair of fingers; far corners of the top clear each other."""
+    judge = Judge(slide, ReferenceBackend(slide))
+    for placement in range(len(slide.fingers.placements)):
+        assert not judge.apart((placement, placement))
+    corners = [slide.fingers.placements.find("+z", cell) for cell in ([0, 0], [1, 1])]
+    assert judge.apart(tuple(c for c in corners if c is not None))
+
+
+def test_no_fingertip_under_the_object(slide: Problem) -> None:
+    """On the floor, no placement of the bottom face is free, and all others are."""
+    judge = Judge(slide, ReferenceBackend(slide))
+    table = slide.fingers.placements
+    node = judge.node(slide.start)
+    below = table.face == table.labels.index("-z")
+    assert node.object_free
+    assert not node.free[0][below].any()
+    high = table.points[:, 2] - slide.fingers.radius[0] >= -2.5
+    assert node.free[0][~below & high].all()
+    assert node.free[0] is node.free[1]
+
+
+def test_the_contact_state_of_a_slide_is_one(slide: Problem) -> None:
+    """Along a slide nothing changes in the object's frame: one number, another one at rest."""
+    judge = Judge(slide, ReferenceBackend(slide))
+    forth = {judge.environment((s,), (0.1,)) for s in np.linspace(0.05, 0.95, 7)}
+    back = {judge.environment((s,), (-0.1,)) for s in np.linspace(0.05, 0.95, 7)}
+    rest = {judge.environment((s,), None) for s in np.linspace(0.05, 0.95, 7)}
+    assert [len(states) for states in (forth, back, rest)] == [1, 1, 1]
+    assert len(forth | back | rest) == 3
+
+
+def test_decisions_are_counted_once(slide: Problem) -> None:
+    """The memo answers the second time; interchangeable fingers share; forgetting starts anew."""
+    backend = ReferenceBackend(slide)
+    judge = Judge(slide, backend)
+    top = slide.fingers.placements.find("+z", [0, 0])
+    assert top is not None
+    for _ in range(2):
+        judge.rest(slide.start, (0,), (top,))
+        judge.rest(slide.start, (1,), (top,))
+    assert judge.mode_decisions == 1
+    environment = judge.environment(slide.start, None)
+    z = judge.rest(slide.start, (0,), (top,)).z
+    assert backend.bound(environment, (1,), (top,)) == z
+    backend.forget()
+    assert backend.bound(environment, (1,), (top,)) == np.inf
+    assert judge.rest(slide.start, (0,), (top,)).z == z
+    assert judge.mode_decisions == 2
+
+
+def test_back_ends_by_name(slide: Problem) -> None:
+    """Every listed back end can be made; another name is refused with the valid ones."""
+    for name in BACKENDS:
+        settings = dataclasses.replace(slide.mechanics, backend=name)
+        make_backend(dataclasses.replace(slide, mechanics=settings))
+    wrong = dataclasses.replace(slide.mechanics, backend="hihgs")
+    with pytest.raises(InputError, match="did you mean 'highs'"):
+        make_backend(dataclasses.replace(slide, mechanics=wrong))

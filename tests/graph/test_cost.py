@@ -1,0 +1,49 @@
+"""Eqs. (9) and (10)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.graph.cost import chords, displacement_cost, stability_factor
+
+LENGTH = st.floats(0.0, 10.0)
+MARGIN = st.floats(0.01, 1e4)
+
+
+def test_by_hand() -> None:
+    """Two fingers, two segments, X_stab = 1: the first finger's 2 (1 + 1/2) + 3 (1 + 1/4)."""
+    cost = displacement_cost([[2.0, 3.0], [0.0, 4.0]], [2.0, 4.0], 1.0)
+    assert cost == pytest.approx(2.0 * 1.5 + 3.0 * 1.25)
+
+
+@given(st.lists(st.tuples(LENGTH, LENGTH), min_size=1, max_size=4), MARGIN, MARGIN, LENGTH)
+def test_between_travel_and_the_worst_factor(
+    lengths: list[tuple[float, float]], z1: float, z2: float, X_stab: float
+) -> None:
+    """(9) is at least the largest travel, and at most that times the larger factor."""
+    cost = displacement_cost(lengths, [z1, z2], X_stab)
+    furthest = max(a + b for a, b in lengths)
+    assert furthest <= cost * (1 + 1e-12)
+    assert cost <= furthest * stability_factor(min(z1, z2), X_stab) * (1 + 1e-12)
+
+
+def test_limits_of_the_factor() -> None:
+    """No weight on unbounded margins; a margin of zero is infinitely dear unless X_stab = 0."""
+    assert stability_factor(math.inf, 3.0) == 1.0
+    assert stability_factor(0.0, 3.0) == math.inf
+    assert stability_factor(0.0, 0.0) == 1.0
+    assert displacement_cost([[0.0]], [0.0], 3.0) == math.inf
+
+
+def test_chords_of_a_quarter_turn() -> None:
+    """A point at distance r from the axis moves along a chord of 2 r sin(angle / 2)."""
+    start = Pose.from_yaw([0.0, 0.0, 0.0])
+    turned = [start.turned([0, 0, 0], [0, 0, 1], k * math.pi / 4) for k in range(3)]
+    lengths = chords(turned, np.array([[3.0, 0.0, 5.0], [0.0, 0.0, 1.0]]))
+    assert lengths == pytest.approx(np.array([[6 * math.sin(math.pi / 8), 0.0]] * 2))

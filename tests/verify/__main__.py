@@ -1,0 +1,65 @@
+"""``python -m tests.verify [NAME ...]``: do the long counts and write docs/verification.md."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from pathlib import Path
+
+from tests.verify import counting
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "build" / "verify"
+TABLE = ROOT / "docs" / "verification.md"
+HEADER = """# Verification
+
+Claims tried on many instances by `make verify`, which writes this page and goes on where it was
+stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone.
+
+"""
+
+
+def main() -> int:
+    """Do the counts that are asked for; exit code 1 where a claim fails."""
+    for path in sorted(Path(__file__).parent.glob("count_*.py")):
+        importlib.import_module(f"tests.verify.{path.stem}")
+    parser = argparse.ArgumentParser(prog="python -m tests.verify", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(counting.REGISTRY))
+    parser.add_argument("-j", "--processes", type=int, default=2)
+    parser.add_argument("--limit", type=int, help="only the first instances; leaves the page alone")
+    options = parser.parse_args()
+    unknown = [name for name in options.names if name not in counting.REGISTRY]
+    if unknown:
+        parser.error(
+            f"no such count: {', '.join(unknown)}; there are: {', '.join(counting.REGISTRY)}"
+        )
+    code = counting.source_hash(ROOT / "gm_ompl")
+    failed = 0
+    for name in options.names or sorted(counting.REGISTRY):
+        store = counting.Store(RESULTS / f"{name}.jsonl", code)
+        records = counting.run(
+            counting.REGISTRY[name], store, processes=options.processes, limit=options.limit
+        )
+        bad = counting.failures(records)
+        failed += len(bad)
+        sys.stdout.write(f"{name}: {len(records) - len(bad)} of {len(records)} do not fail\n")
+        sys.stdout.writelines(f"  {line}\n" for line in bad)
+    if options.limit is None:
+        write_page(code)
+    return 1 if failed else 0
+
+
+def write_page(code: str) -> None:
+    """Write the table of everything that the present sources have results for."""
+    results = {
+        name: records
+        for name in counting.REGISTRY
+        if (records := counting.Store(RESULTS / f"{name}.jsonl", code).read())
+    }
+    if results:
+        TABLE.write_text(HEADER + counting.table(results))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

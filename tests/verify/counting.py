@@ -1,0 +1,180 @@
+"""Long counts: a claim tried on thousands of instances, resumable, with a table at the end.
+
+A count is a function of an instance number, registered in a file ``tests/verify/count_*.py``::
+
+    @count(instances=300)
+    def search_agreement(instance: int) -> Result:
+        \"\"\"The plain search and A* agree on the optimal cost.\"\"\"
+        ...
+        return Result(holds=gap <= 1e-6, worst=gap, note=f"seed {instance}")
+
+Each instance's result is one line of ``build/verify/NAME.jsonl``, written when it is known; a
+second call does the instances that have no line yet. Lines carry a hash of the project's sources,
+and only those of the present sources count.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import statistics
+import time
+import traceback
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One instance's outcome.
+
+    Attributes:
+        holds: whether the claim holds.
+        worst: a number whose largest value the table shows (an error, a ratio), if any.
+        note: what a reader needs to find the instance again where the claim fails.
+        marginal: whether the instance is too close to call; counted apart, never as holding.
+    """
+
+    holds: bool
+    worst: float | None = None
+    note: str = ""
+    marginal: bool = False
+
+
+@dataclass(frozen=True)
+class Count:
+    """A registered count; its claim is the function's docstring."""
+
+    name: str
+    claim: str
+    instances: int
+    function: Callable[[int], Result]
+
+
+REGISTRY: dict[str, Count] = {}
+
+
+def count(instances: int) -> Callable[[Callable[[int], Result]], Callable[[int], Result]]:
+    """Register a function of an instance number (0 .. ``instances`` - 1) as a count."""
+
+    def register(function: Callable[[int], Result]) -> Callable[[int], Result]:
+        claim = " ".join((function.__doc__ or "").split())
+        name = function.__name__
+        REGISTRY[name] = Count(name, claim, instances, function)
+        return function
+
+    return register
+
+
+def source_hash(folder: Path) -> str:
+    """Return a short hash of all Python sources under ``folder``."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+@dataclass(frozen=True)
+class Store:
+    """The results of one count, a line each; only those of the present sources are read."""
+
+    path: Path
+    code: str
+
+    def read(self) -> dict[int, Record]:
+        """Return the results by instance; a line cut short by a crash is passed over."""
+        results: dict[int, Record] = {}
+        if not self.path.exists():
+            return results
+        for line in self.path.read_text().splitlines():
+            try:
+                record = json.loads(line)
+            except json.JSONDecodeError:
+                continue
+            if record["code"] == self.code:
+                results[record["instance"]] = record
+        return results
+
+    def add(self, record: Record) -> Record:
+        """Append one result, on a line of its own, and return it as written."""
+        record = {**record, "code": self.code}
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a+b") as file:
+            if file.tell() > 0:
+                file.seek(-1, 2)
+                if file.read(1) != b"\n":
+                    file.write(b"\n")
+            file.write(json.dumps(record).encode() + b"\n")
+        return record
+
+
+def try_instance(name: str, instance: int) -> Record:
+    """Run one instance; an exception is a failure with its traceback as the note."""
+    started = time.perf_counter()
+    try:
+        result = REGISTRY[name].function(instance)
+    except Exception:
+        result = Result(holds=False, note=traceback.format_exc())
+    return {"instance": instance, "seconds": time.perf_counter() - started, **asdict(result)}
+
+
+def run(
+    a_count: Count, store: Store, *, processes: int, limit: int | None = None
+) -> dict[int, Record]:
+    """Do the instances that have no result yet, and return all results."""
+    wanted = range(a_count.instances if limit is None else min(limit, a_count.instances))
+    done = store.read()
+    left = [instance for instance in wanted if instance not in done]
+    for record in _records(a_count.name, left, processes):
+        done[record["instance"]] = store.add(record)
+    return {instance: done[instance] for instance in wanted}
+
+
+def _records(name: str, instances: Sequence[int], processes: int) -> Iterable[Record]:
+    if processes == 1 or len(instances) < 2:
+        for instance in instances:
+            yield try_instance(name, instance)
+        return
+    # Forked workers know the registry; each takes one instance at a time.
+    with ProcessPoolExecutor(processes) as pool:
+        futures = [pool.submit(try_instance, name, instance) for instance in instances]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def table(results: dict[str, dict[int, Record]]) -> str:
+    """Return the Markdown table of all counts that have results."""
+    lines = [
+        "| count | claim | instances | hold | fail | marginal | worst | median s |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, records in sorted(results.items()):
+        rows = list(records.values())
+        marginal = sum(row["marginal"] for row in rows)
+        hold = sum(row["holds"] and not row["marginal"] for row in rows)
+        numbers = [row["worst"] for row in rows if row["worst"] is not None]
+        worst = f"{max(numbers):.3g}" if numbers else ""
+        seconds = statistics.median(row["seconds"] for row in rows)
+        lines.append(
+            f"| {name} | {REGISTRY[name].claim} | {len(rows)} | {hold} | "
+            f"{len(rows) - hold - marginal} | {marginal} | {worst} | {seconds:.3g} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def failures(records: dict[int, Record]) -> list[str]:
+    """Return one line per instance on which the claim fails."""
+    return [
+        f"instance {number}: {row['note']}"
+        for number, row in sorted(records.items())
+        if not row["holds"] and not row["marginal"]
+    ]

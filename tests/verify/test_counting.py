@@ -1,0 +1,70 @@
+"""The machinery of the long counts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.verify import counting
+from tests.verify.counting import Result
+
+
+@pytest.fixture(autouse=True)
+def _registry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Counts registered here leave no trace."""
+    monkeypatch.setattr(counting, "REGISTRY", {})
+
+
+def test_a_second_call_does_only_what_is_missing(tmp_path: Path) -> None:
+    """Instances with a result are not done again; a line cut short by a crash is."""
+    calls: list[int] = []
+
+    @counting.count(instances=4)
+    def squares(instance: int) -> Result:
+        """Squares are not negative."""
+        calls.append(instance)
+        return Result(holds=instance**2 >= 0, worst=instance / 4)
+
+    store = counting.Store(tmp_path / "squares.jsonl", "abc")
+    counting.run(counting.REGISTRY["squares"], store, processes=1, limit=2)
+    with store.path.open("a") as file:
+        file.write('{"instance": 2, "co')
+    records = counting.run(counting.REGISTRY["squares"], store, processes=1)
+    assert calls == [0, 1, 2, 3]
+    assert list(records) == [0, 1, 2, 3]
+    assert store.read() == records
+    assert "| squares | Squares are not negative. | 4 | 4 | 0 | 0 | 0.75 |" in counting.table(
+        {"squares": records}
+    )
+
+
+def test_results_of_other_sources_do_not_count(tmp_path: Path) -> None:
+    """After a change of the sources every instance is done anew."""
+
+    @counting.count(instances=1)
+    def one(instance: int) -> Result:
+        """Nothing."""
+        return Result(holds=instance == 0)
+
+    path = tmp_path / "one.jsonl"
+    counting.run(counting.REGISTRY["one"], counting.Store(path, "old"), processes=1)
+    assert counting.Store(path, "new").read() == {}
+
+
+def test_an_exception_is_a_failure_and_a_marginal_instance_is_neither(tmp_path: Path) -> None:
+    """A crash counts as a failure with its traceback; a marginal instance is counted apart."""
+
+    @counting.count(instances=3)
+    def shaky(instance: int) -> Result:
+        """Holds for 0 alone."""
+        if instance == 1:
+            raise ValueError("one")
+        return Result(holds=True, marginal=instance == 2)
+
+    store = counting.Store(tmp_path / "shaky.jsonl", "abc")
+    records = counting.run(counting.REGISTRY["shaky"], store, processes=1)
+    bad = counting.failures(records)
+    assert len(bad) == 1
+    assert "ValueError: one" in bad[0]
+    assert "| 3 | 1 | 1 | 1 |" in counting.table({"shaky": records})

@@ -1,0 +1,1 @@
+"""Pictures of a plan; installs as ``gm_ompl.viz``."""
