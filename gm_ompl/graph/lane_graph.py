@@ -89,6 +89,11 @@ class LaneGraph:
         self.tables = lane_tables(problem, judge, backend)
         self.sets = PlacementSets(problem.fingers.groups())
 
+    @property
+    def lanes_met(self) -> int:
+        """Number of lanes looked at one by one."""
+        return len(self._lanes)
+
     def lane(self, placements: Placements) -> Lane:
         """Return the lane of a canonical set, its bounds renewed."""
         lane = self._lanes.get(placements)

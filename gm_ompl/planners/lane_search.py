@@ -158,7 +158,7 @@ class LaneSearch:
         """Judge the lane to the goal; a plan is found where it holds."""
         head = self._goal_from(lane, entry.config)
         if self._graph.judge_arcs(lane, entry.config, head):
-            total = entry.g + self._travel(lane, entry.config, head)
+            total = entry.g + float(lane.d[entry.config])
             if total < self.cost:
                 self.cost, self._best = total, (entry, head)
         cost, _, _ = self._graph.target(lane, entry.config, entry.g)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, ClassVar, TypeAlias, final
+from typing import ClassVar, TypeAlias, final
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from gm_ompl.graph.extraction import extract_moves
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
-from gm_ompl.planners.astar import BestFirstSearch, Found
+from gm_ompl.planners.astar import BestFirstSearch
+from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
+from gm_ompl.planners.outcome import result_of, without_search
 from gm_ompl.planners.planner import (
     Budget,
     Meter,
@@ -26,9 +28,6 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.problem import Problem
-
-PROVEN = 1e-6
-"""A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""
 
 MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...]], Heuristic]
 """From problem, judge and the goal's valid lattice nodes (at least one) to a heuristic."""
@@ -50,10 +49,10 @@ def solve_on_lattice(
         valid = goals.reachable(problem, judge)
         if not valid:
             # No set of placements fits the goal: nothing to search.
-            return _without_search(Status.INFEASIBLE, math.inf, meter)
+            return without_search(Status.INFEASIBLE, math.inf, meter)
         graph = FeasibilityGraph(problem, judge, goals, heuristic(problem, judge, valid))
     except KeyboardInterrupt:
-        return _without_search(Status.INTERRUPTED, 0.0, meter)
+        return without_search(Status.INTERRUPTED, 0.0, meter)
 
     def observe(search: BestFirstSearch) -> None:
         report(
@@ -77,34 +76,7 @@ def solve_on_lattice(
         "placement_sets": len(graph.sets),
         "history": [list(row) for row in found.history],
     }
-    return _result(found, moves, statistics)
-
-
-def _result(found: Found, moves: tuple[Any, ...], statistics: dict[str, Any]) -> SearchResult:
-    known = found.cost < math.inf
-    cost = math.fsum(move.cost for move in moves) if known else None
-    bound = found.lower_bound if cost is None else min(found.lower_bound, cost)
-    return SearchResult(
-        status=found.status,
-        moves=moves,
-        cost=cost,
-        lower_bound=bound,
-        optimal=cost is not None and cost <= bound * (1.0 + PROVEN),
-        statistics=statistics,
-    )
-
-
-def _without_search(status: Status, bound: float, meter: Meter) -> SearchResult:
-    elapsed = meter.elapsed()
-    statistics = {
-        "time_s": elapsed,
-        "expanded": 0,
-        "generated": 0,
-        "mode_decisions": 0,
-        "placement_sets": 0,
-        "history": [[elapsed, None, bound]],
-    }
-    return SearchResult(status=status, lower_bound=bound, statistics=statistics)
+    return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 
 
 @final

@@ -48,9 +48,8 @@ def test_yaw_is_unwrapped() -> None:
     """Turning on and on, the coordinates grow steadily though lattice nodes wrap."""
     problem = load("paper/slide", ["fingers.placements.grid=[1, 1]"]).problem
     step = math.pi / 2
-    axes = tuple(
-        read_only(values, (None,), "axis") for values in ([0.0], [0.0], [k * step for k in range(4)])
-    )
+    yaws = [k * step for k in range(4)]
+    axes = tuple(read_only(values, (None,), "axis") for values in ([0.0], [0.0], yaws))
     problem = dataclasses.replace(
         problem,
         motion=PlanarMotion((-1, -1, 0), (1, 1, 2 * math.pi), 2.5),
