@@ -12,8 +12,9 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gm_ompl.api import check, judge, load, plan
+    from gm_ompl.api import check, explain, judge, load, plan
     from gm_ompl.errors import GmOmplError, InputError
+    from gm_ompl.ompl_setup import plan_from, setup
     from gm_ompl.plan.model import Plan
 
 _HOMES = {
@@ -21,9 +22,12 @@ _HOMES = {
     "InputError": "gm_ompl.errors",
     "Plan": "gm_ompl.plan.model",
     "check": "gm_ompl.api",
+    "explain": "gm_ompl.api",
     "judge": "gm_ompl.api",
     "load": "gm_ompl.api",
     "plan": "gm_ompl.api",
+    "plan_from": "gm_ompl.ompl_setup",
+    "setup": "gm_ompl.ompl_setup",
 }
 
 __all__ = [
@@ -32,9 +36,12 @@ __all__ = [
     "Plan",
     "__version__",
     "check",
+    "explain",
     "judge",
     "load",
     "plan",
+    "plan_from",
+    "setup",
 ]
 
 __version__ = _version("gm-ompl")

@@ -13,13 +13,18 @@ import numpy as np
 from gm_ompl.check.check import check as check_plan
 from gm_ompl.check.report import CheckReport
 from gm_ompl.errors import InputError
+from gm_ompl.explain.explain import SEARCH_SECONDS
+from gm_ompl.explain.explain import explain as explain_scenario
+from gm_ompl.explain.values import Explanation
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
+from gm_ompl.moves import Move
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
 from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load as load_scenario
 from gm_ompl.scenario.scenario import Scenario
@@ -76,9 +81,7 @@ def plan(
     Raises:
         InputError: the scenario, the planner's name or a limit is wrong.
     """
-    searcher = make_planner(planner)
-    if parameters:
-        raise InputError(f"planner {planner!r} has no parameters; given: {', '.join(parameters)}")
+    searcher = make_planner(planner, parameters)
     budget = _budget(time_limit, max_iterations, memory_limit)
     if seed < 0:
         raise InputError(f"seed: {seed}: must be a whole number >= 0")
@@ -94,11 +97,12 @@ def plan(
     return assemble(
         problem,
         given.resolved(),
-        result.moves,
+        _steady(problem, result.moves),
         status=result.status.value,
         planner=planner,
         statistics=result.statistics,
         seed=seed,
+        parameters=searcher.settings,
         optimal=result.optimal,
         lower_bound=result.lower_bound,
     )
@@ -144,6 +148,50 @@ def judge(
         return Verdict(Finding.GEOMETRY)
     decision = referee.rest(at, tuple(range(len(rows))), rows)
     return Verdict.of(decision, problem.mechanics.z_min)
+
+
+def explain(
+    scenario: ScenarioLike,
+    at: Sequence[float] | float | None = None,
+    placements: Sequence[PlacementLike] | None = None,
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    time_limit: float = SEARCH_SECONDS,
+) -> Explanation:
+    """Explain why a scenario has no plan, or none through given coordinates or placements.
+
+    Args:
+        scenario: what is to be explained.
+        at: object coordinates (d,), on a path also a plain number; None for the whole motion.
+        placements: per finger, a row of the placement table or (face, cell); None for many sets.
+        samples: sets of placements judged at most; beyond, they are drawn at random.
+        seed: of the drawing.
+        time_limit: for the search that says whether there is a plan [s]; 0 for no search.
+
+    Raises:
+        InputError: coordinates, placements or the scenario do not fit.
+    """
+    given = _loaded(scenario)
+    problem, q = given.problem, None
+    if at is not None:
+        q = (float(at),) if isinstance(at, (int, float)) else tuple(map(float, at))
+        _fit("at", q, problem)
+        motion = problem.motion
+        bounds = zip(motion.low, motion.high, motion.periods, strict=True)
+        for value, (low, high, period) in zip(q, bounds, strict=True):
+            if period is None and not low <= value <= high:
+                raise InputError(f"at: {list(q)}: {value:g} must be from {low:g} to {high:g}")
+    rows = None if placements is None else _rows(problem, placements)
+    return explain_scenario(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
+
+
+def _steady(problem: Problem, moves: tuple[Move, ...]) -> tuple[Move, ...]:
+    """Return a planner's moves under steady control; as they are where that is interrupted."""
+    try:
+        return steady_moves(problem, moves)
+    except KeyboardInterrupt:
+        return moves
 
 
 def _loaded(scenario: ScenarioLike) -> Scenario:

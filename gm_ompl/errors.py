@@ -6,8 +6,10 @@
     |   |-- PlanFileError        a plan file
     |   |-- GeometryError        impossible or unusable shapes
     |   |-- UnknownPlannerError  no planner of that name; carries the valid names
+    |   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
     |   `-- MissingExtraError    an optional library is not installed
     |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
+    |-- PathError                a planner's path does not hold when judged anew
     `-- SolverError              an LP solver ended in a way that allows no verdict
 """
 
@@ -61,6 +63,19 @@ class UnknownPlannerError(InputError):
         )
 
 
+class UnsoundPlannerError(InputError):
+    """A planner does not respect that motions are one-way.
+
+    Attributes:
+        name: the planner.
+        reason: what it does wrong.
+    """
+
+    def __init__(self, name: str, reason: str) -> None:
+        self.name, self.reason = name, reason
+        super().__init__(f"planner {name!r} is not offered, as motions here are one-way: {reason}")
+
+
 class MissingExtraError(InputError):
     """An optional library is missing; the message says how to install it."""
 
@@ -77,6 +92,10 @@ class ShapeError(GmOmplError):
     ) -> None:
         expected = "(" + ", ".join("any" if n is None else str(n) for n in want) + ")"
         super().__init__(f"{name}: {why or f'shape {have}, expected {expected}'}")
+
+
+class PathError(GmOmplError):
+    """A path that a planner offered cannot be executed."""
 
 
 class SolverError(GmOmplError):

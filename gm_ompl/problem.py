@@ -78,11 +78,13 @@ class Environment:
         floor: whether the half space z < 0 is solid.
         obstacles: fixed bodies, world frame.
         friction: Coulomb coefficient of every environment contact.
+        patch_points: how finely a contact patch is filled with points while the object turns.
     """
 
     floor: bool
     obstacles: tuple[Obstacle, ...]
     friction: float
+    patch_points: int = 0
 
 
 @dataclass(frozen=True)

@@ -97,6 +97,14 @@ def plan(
         Path | None,
         typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan there."),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="VIEW.html", help="Write a page there that shows the plan."),
+    ] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep there what the search did, for pictures."),
+    ] = None,
     as_json: AsJson = False,
 ) -> Exit:
     """Plan a scenario.
@@ -116,9 +124,60 @@ def plan(
         params=params,
         overrides=tuple(overrides or ()),
         output=output,
+        html=html,
+        trace=trace,
         as_json=as_json,
     )
     return plan_command(request)
+
+
+@app.command("explain")
+@guarded
+def explain(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A shipped name, or a file.")],
+    at: Annotated[
+        str | None,
+        typer.Option(metavar="S", help="Only there: 0 to 1 along a path, or X,Y,YAW."),
+    ] = None,
+    placements: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FACE:CELL,...", help="Only these, one per finger; CELL is i.j or [i,j]."
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option(metavar="N", help="Sets of placements judged at most.", min=1)
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sampling.", min=0)] = 0,
+    time_limit: Annotated[
+        float,
+        typer.Option(metavar="S", help="For the search that says whether there is a plan.", min=0),
+    ] = 20.0,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Replace a value of the scenario; may be repeated."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> Exit:
+    """Say why there is no plan, or none through there.
+
+    What is suggested has been judged again. Of many sets of placements some are drawn at random.
+    """
+    from gm_ompl.app.explaining import ExplainRequest, explain_command
+
+    request = ExplainRequest(
+        scenario=scenario,
+        at=at,
+        placements=placements,
+        samples=samples,
+        seed=seed,
+        time_limit=time_limit,
+        overrides=tuple(overrides or ()),
+        as_json=as_json,
+    )
+    return explain_command(request)
 
 
 @app.command("check")
@@ -135,6 +194,53 @@ def check(
     from gm_ompl.app.checking import check_command
 
     return check_command(plan_file, as_json)
+
+
+@app.command("view")
+@guarded
+def view(
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.json", help="The plan to show.")],
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write one stand-alone page instead of serving it."),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(metavar="N", min=0, max=65535, help="Port; 0 takes any free one.")
+    ] = 0,
+) -> Exit:
+    """Show a plan in the browser, in meshcat's viewer.
+
+    The address it says can be reached from this machine alone; Ctrl-C ends.
+    """
+    from gm_ompl.app.viewing import view_command
+
+    return view_command(plan_file, html, port)
+
+
+@app.command("plot")
+@guarded
+def plot(
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.json", help="The plan to draw.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Where: .png, .svg or .pdf."),
+    ],
+    show: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="forces (with modes, z and travel), snapshots, or search.",
+        ),
+    ] = "forces",
+    trace: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="What plan --trace kept, for --show search."),
+    ] = None,
+) -> Exit:
+    """Draw a plan: its forces, its decisive moments, or its search."""
+    from gm_ompl.app.plotting import plot_command
+
+    return plot_command(plan_file, output, show, trace)
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:

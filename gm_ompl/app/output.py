@@ -43,7 +43,7 @@ def show_log() -> None:
         log.setLevel(logging.INFO)
 
 
-def writable(path: Path | None) -> Path | None:
+def writable(path: Path | None, option: str = "-o") -> Path | None:
     """Return ``path`` with links resolved, once it is known that a file can be put there.
 
     Asked before planning, so that hours of search are not lost to a misspelt folder.
@@ -56,9 +56,9 @@ def writable(path: Path | None) -> Path | None:
     target = path.resolve()
     folder = target.parent
     if not folder.is_dir():
-        raise InputError(f"-o {path}: folder {folder} does not exist; make it first")
+        raise InputError(f"{option} {path}: folder {folder} does not exist; make it first")
     if target.exists() and not target.is_file():
-        raise InputError(f"-o {path}: is not a regular file; name a file to write")
+        raise InputError(f"{option} {path}: is not a regular file; name a file to write")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"-o {path}: folder {folder} is not writable")
+        raise InputError(f"{option} {path}: folder {folder} is not writable")
     return target

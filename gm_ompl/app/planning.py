@@ -13,8 +13,12 @@ from gm_ompl import api
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.progress import ProgressLine
+from gm_ompl.app.tracing import TraceFile
+from gm_ompl.app.viewing import write_html
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
+from gm_ompl.planners.planner import Report
+from gm_ompl.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -30,16 +34,49 @@ class PlanRequest:
     params: Path | None
     overrides: tuple[str, ...]
     output: Path | None
+    html: Path | None
+    trace: Path | None
     as_json: bool
 
 
 def plan_command(request: PlanRequest) -> Exit:
     """Plan, write the file, show the result."""
     output = writable(request.output)
+    html, trace = writable(request.html, "--html"), writable(request.trace, "--trace")
+    _different(output, html, trace)
     parameters = read_parameters(request.params)
     scenario = api.load(request.scenario, request.overrides)
-    with ProgressLine() as report:
-        plan = api.plan(
+    plan = _search(request, scenario, parameters, trace)
+    if output is not None:
+        plan.save(output)
+    if html is not None:
+        write_html(plan, html)
+    if request.as_json:
+        say_json(plan.to_dict())
+    else:
+        for line in summary(plan):
+            say(line)
+        if output is not None:
+            note(f"written to {request.output}")
+        if html is not None:
+            note(f"shown in {request.html}")
+    return EXIT_OF_STATUS[plan.status]
+
+
+def _different(*targets: Path | None) -> None:
+    """Refuse to write two things to one file."""
+    named = [target for target in targets if target is not None]
+    if len(set(named)) < len(named):
+        raise InputError("-o, --html and --trace must name different files")
+
+
+def _search(
+    request: PlanRequest, scenario: Scenario, parameters: dict[str, Any], trace: Path | None
+) -> Plan:
+    """Plan, the progress shown and, where asked for, traced."""
+
+    def plan(report: Report) -> Plan:
+        return api.plan(
             scenario,
             planner=request.planner,
             time_limit=request.time_limit,
@@ -49,16 +86,20 @@ def plan_command(request: PlanRequest) -> Exit:
             parameters=parameters,
             report=report,
         )
-    if output is not None:
-        plan.save(output)
-    if request.as_json:
-        say_json(plan.to_dict())
-    else:
-        for line in summary(plan):
-            say(line)
-        if output is not None:
-            note(f"written to {request.output}")
-    return EXIT_OF_STATUS[plan.status]
+
+    with ProgressLine() as line:
+        if trace is None:
+            return plan(line)
+        header = {
+            "scenario": scenario.name,
+            "planner": request.planner,
+            "seed": request.seed,
+            "coordinates": list(scenario.problem.motion.names),
+        }
+        with TraceFile(trace, header, line) as report:
+            found = plan(report)
+            report.end(found)
+            return found
 
 
 def read_parameters(path: Path | None) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.patch import Patch, contact_patch
+from gm_ompl.contact.patches import SAME_NORMAL, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
@@ -21,9 +22,6 @@ TOUCHING = 1e-7
 
 AT_REST = 1e-9
 """A velocity of at most this, relative to V, counts as none."""
-
-SAME_NORMAL = 1e-6
-"""Normals of one point that differ by less are one contact."""
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -47,6 +45,10 @@ class Surroundings(Protocol):
     def obstacles(self) -> Sequence[SolidBody]:
         """Fixed bodies, world frame."""
 
+    @property
+    def patch_points(self) -> int:
+        """How finely contact patches are filled with points while the object turns on them."""
+
 
 @dataclass(frozen=True, eq=False)
 class EnvironmentContacts:
@@ -55,10 +57,12 @@ class EnvironmentContacts:
     Attributes:
         points: (m, 3).
         normals: (m, 3), unit, pointing into the object.
+        corners: how many of them, the first, are vertices of patches; the rest lie inside.
     """
 
     points: Array
     normals: Array
+    corners: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
@@ -69,10 +73,11 @@ class EnvironmentContacts:
 def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> EnvironmentContacts:
     """Return the vertices of every contact patch between the object and its environment.
 
-    The floor's come first, then each obstacle's in turn; per patch in cyclic order. Contacts with
-    equal point and normal are listed once. Each pair of convex pieces is looked at by itself: a
-    corner or edge of the object exactly on the seam of two obstacles lies on the rim of both and
-    so carries no force; one obstacle in their place has no seam.
+    The floor's come first, then each obstacle's in turn; per patch in cyclic order; then the
+    points inside patches. Contacts with equal point and normal are listed once. What the pieces
+    of one body touch in one plane without a gap is one patch. Different obstacles are looked at
+    by themselves: a corner or edge of the object exactly on the seam of two obstacles lies on the
+    rim of both and so carries no force; one obstacle in their place has no seam.
 
     Args:
         body: the object, object frame.
@@ -80,15 +85,27 @@ def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> E
         pose: where the object is.
     """
     tolerance = TOUCHING * body.diagonal
-    points: list[Array] = []
-    normals: list[Array] = []
-    for patch in _patches(body, environment, pose, tolerance):
-        points.extend(patch.points)
-        normals.extend([patch.normal] * len(patch.points))
-    if not points:
+    patches = list(_patches(body, environment, pose, tolerance))
+    if not patches:
         return EnvironmentContacts(np.zeros((0, 3)), np.zeros((0, 3)))
-    kept = _distinct(np.array(points), np.array(normals), 2.0 * tolerance)
-    return EnvironmentContacts(np.array(points)[kept], np.array(normals)[kept])
+    points, normals = _listed([patch.points for patch in patches], patches)
+    kept = _distinct(points, normals, 2.0 * tolerance)
+    points, normals = points[kept], normals[kept]
+    if environment.patch_points:
+        inner = [points_inside(patch, environment.patch_points) for patch in patches]
+        inside, upright = _listed(inner, patches)
+        every, all_normals = np.concatenate([points, inside]), np.concatenate([normals, upright])
+        kept = _distinct(every, all_normals, 2.0 * tolerance)
+        return EnvironmentContacts(every[kept], all_normals[kept], len(points))
+    return EnvironmentContacts(points, normals)
+
+
+def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
+    """Return points (m, 3) of several patches one after the other, and their normals (m, 3)."""
+    normals = [
+        np.tile(patch.normal, (len(own), 1)) for own, patch in zip(points, patches, strict=True)
+    ]
+    return np.concatenate(points), np.concatenate(normals)
 
 
 def _patches(
@@ -96,19 +113,19 @@ def _patches(
 ) -> Iterator[Patch]:
     pieces = [placed(piece, pose) for piece in body.pieces]
     if environment.floor:
-        for piece in pieces:
-            patch = _floor_patch(piece, tolerance)
-            if patch is not None:
-                yield patch
+        feet = [_floor_patch(piece, tolerance) for piece in pieces]
+        yield from joined([patch for patch in feet if patch is not None], tolerance)
     reaches = [[side.tolist() for side in piece.bounds] for piece in pieces]
     for obstacle in environment.obstacles:
+        found = []
         for other in obstacle.body.pieces:
             for piece, (low, high) in zip(pieces, reaches, strict=True):
                 if _apart(other, low, high, tolerance):
                     continue
                 patch = contact_patch(piece, placed(other), tolerance)
                 if patch is not None:
-                    yield patch
+                    found.append(patch)
+        yield from joined(found, tolerance)
 
 
 def _floor_patch(piece: PlacedPiece, tolerance: float) -> Patch | None:
@@ -144,7 +161,9 @@ def contact_state(
     """Return which contacts are static, slide or separate when the object moves by ``twist``.
 
     A contact whose point of the object leaves along the normal is left out; one that would move
-    into the environment is kept: that such a motion penetrates is geometry's to refuse.
+    into the environment is kept: that such a motion penetrates is geometry's to refuse. Points
+    inside patches count only while the object turns about their normal: else the patch's vertices
+    carry everything.
 
     Args:
         contacts: the contacts at ``pose``, world frame.
@@ -152,17 +171,29 @@ def contact_state(
         twist: its velocity; None at rest, where every contact is static.
         body: the object, object frame.
     """
-    points = pose.to_object(contacts.points)
-    normals = contacts.normals @ pose.rotation
+    world, upright = _needed(contacts, twist)
+    points, normals = pose.to_object(world), upright @ pose.rotation
     slip = np.zeros_like(points)
     if twist is not None:
-        velocity = twist.at(contacts.points - pose.position)
+        velocity = twist.at(world - pose.position)
         fastest = np.linalg.norm(twist.at(body.vertices @ pose.rotation.T), axis=1).max()
-        leaving = np.einsum("ij,ij->i", velocity, contacts.normals)
-        tangential = velocity - leaving[:, None] * contacts.normals
+        leaving = np.einsum("ij,ij->i", velocity, upright)
+        tangential = velocity - leaving[:, None] * upright
         speed = np.linalg.norm(tangential, axis=1)
         slides = speed > AT_REST * fastest
         slip[slides] = (tangential[slides] / speed[slides, None]) @ pose.rotation
         stays = leaving <= AT_REST * fastest
         points, normals, slip = points[stays], normals[stays], slip[stays]
     return ContactState(points, normals, slip, pose.rotation)
+
+
+def _needed(contacts: EnvironmentContacts, twist: Twist | None) -> tuple[Array, Array]:
+    """Return points and normals (m, 3) of the contacts that the motion asks for."""
+    points, normals, corners = contacts.points, contacts.normals, contacts.corners
+    if corners is None:
+        return points, normals
+    turns = np.zeros(len(points), dtype=bool)
+    if twist is not None:
+        turns = np.abs(normals @ twist.angular) > AT_REST * np.linalg.norm(twist.angular)
+    turns[:corners] = True
+    return points[turns], normals[turns]

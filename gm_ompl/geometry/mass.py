@@ -46,6 +46,11 @@ def mass_properties(body: Body, mass: float) -> MassProperties:
     return MassProperties(volume, origin + offset, (inertia + inertia.T) / 2)
 
 
+def volume(piece: ConvexPiece) -> float:
+    """Return the volume of one piece."""
+    return _moments(piece, piece.vertices.mean(axis=0))[0]
+
+
 def at_centre_of_mass(body: Body) -> tuple[Body, Array]:
     """Return the body moved so that its centre of mass is the origin, and where that was, (3,)."""
     centre = mass_properties(body, 1.0).centre

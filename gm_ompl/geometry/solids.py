@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import polyhedron
+from gm_ompl.geometry.triangles import PlanarFace
 
 BOX_LABELS = ("+x", "-x", "+y", "-y", "+z", "-z")
 """Names of a box's faces, in order."""
@@ -60,9 +61,16 @@ class ConvexPiece:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A rigid body: the union of its convex pieces, all in one frame."""
+    """A rigid body: the union of its convex pieces, all in one frame.
+
+    Attributes:
+        pieces: they do not overlap; faces where two of them meet are inside the body.
+        surface: the planar faces of a mesh's true surface; empty where the pieces' own faces are
+            the surface.
+    """
 
     pieces: tuple[ConvexPiece, ...]
+    surface: tuple[PlanarFace, ...] = ()
 
     @cached_property
     def vertices(self) -> Array:
@@ -147,5 +155,9 @@ def shifted(body: Body, offset: ArrayLike) -> Body:
                 face_offsets=piece.face_offsets + piece.face_normals @ step,
             )
             for piece in body.pieces
-        )
+        ),
+        tuple(
+            replace(face, triangles=face.triangles + step, rim=face.rim + step)
+            for face in body.surface
+        ),
     )

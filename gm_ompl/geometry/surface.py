@@ -8,10 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.errors import GeometryError, did_you_mean
 from gm_ompl.geometry.placements import PlacementTable
+from gm_ompl.geometry.polygon import convex_hull, plane_basis
 from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.triangles import PlanarFace
 
 TIE = 1e-9
 """Relative difference below which two bounding rectangles have equal areas."""
@@ -37,20 +39,25 @@ class Rectangle:
 
 
 def placements(
-    body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str] = "all"
+    body: Body,
+    grid: tuple[int, int],
+    faces: Literal["all"] | Sequence[str] = "all",
+    margin: float = 0.0,
 ) -> PlacementTable:
     """Return the placements on a grid over each face, rows by face, then cell, row-major.
 
     On a face, the grid covers the bounding rectangle of least area with a side along one of the
-    face's edges; cells with their centre off the face are left out, and so are those that another
-    piece of the body covers. The rectangle's sides are taken in the order of the axes that they
-    are closest to (x, y, z), each pointing along its axis: on a box, the two remaining axes.
+    edges of the face's convex hull; cells with their centre off the face, in a hole or nearer to
+    the rim than ``margin`` are left out, and so are those that another piece of the body covers.
+    The rectangle's sides are taken in the order of the axes that they are closest to (x, y, z),
+    each pointing along its axis: on a box, the two remaining axes.
 
     Args:
         body: the object, object frame.
         grid: cells along the rectangle's first and second side.
         faces: labels of the faces to use, or "all". Labels are a box's "+x", "-x", ..., "-z", a
-            hull's "0", "1", ...; a body of several pieces numbers all its faces on.
+            hull's or mesh's "0", "1", ...; a body of several pieces numbers all its faces on.
+        margin: least distance of a placement from its face's rim.
 
     Raises:
         GeometryError: an unknown label, or a grid without cells.
@@ -60,18 +67,17 @@ def placements(
     labels = face_labels(body)
     wanted = _wanted(labels, faces)
     points, normals, face, cell, piece = [], [], [], [], []
-    for number, (owner, index) in enumerate(_faces_of(body)):
+    for number, patch in enumerate(_faces_of(body)):
         if number not in wanted:
             continue
-        part = body.pieces[owner]
-        spots = bounding_rectangle(part, index).cells(grid)
-        on = _on_face(part, spots, INSIDE * body.diagonal) & ~_covered(body, owner, spots)
-        kept = np.flatnonzero(on)
+        spots = _rectangle(patch.ring, patch.normal).cells(grid)
+        kept = np.flatnonzero(_usable(body, patch, spots, margin))
         points.append(spots[kept])
-        normals.append(np.tile(-part.face_normals[index], (len(kept), 1)))
+        normals.append(np.tile(-patch.normal, (len(kept), 1)))
         face.append(np.full(len(kept), number))
         cell.append(np.stack(np.divmod(kept, grid[1]), axis=1))
-        piece.append(np.full(len(kept), owner))
+        piece.append(_owners(body, spots[kept]) if patch.owner is None
+                     else np.full(len(kept), patch.owner))  # fmt: skip
     return PlacementTable(
         points=np.concatenate(points),
         normals=np.concatenate(normals) + 0.0,  # no negative zeros
@@ -82,11 +88,17 @@ def placements(
     )
 
 
+def face_areas(body: Body) -> Array:
+    """Return the area of every face of the body, in the order of ``face_labels``, (f,)."""
+    return np.array([patch.region().area for patch in _faces_of(body)])
+
+
 def face_labels(body: Body) -> tuple[str, ...]:
-    """Return the names of the body's faces: its piece's own, or numbers over several pieces."""
+    """Return the names of the body's faces: its piece's own, or numbers over all its faces."""
     if len(body.pieces) == 1:
         return body.pieces[0].labels
-    return tuple(str(k) for k, _ in enumerate(_faces_of(body)))
+    count = len(body.surface) or sum(len(piece.faces) for piece in body.pieces)
+    return tuple(str(k) for k in range(count))
 
 
 def bounding_rectangle(piece: ConvexPiece, face: int) -> Rectangle:
@@ -94,8 +106,11 @@ def bounding_rectangle(piece: ConvexPiece, face: int) -> Rectangle:
 
     Among equal areas the one whose first side is closest to x wins, then y, then z.
     """
-    corners = piece.vertices[list(piece.faces[face])]
-    normal = piece.face_normals[face]
+    return _rectangle(piece.vertices[list(piece.faces[face])], piece.face_normals[face])
+
+
+def _rectangle(corners: Array, normal: Array) -> Rectangle:
+    """Return the least rectangle around a convex ring of corners (k, 3)."""
     edges = np.roll(corners, -1, axis=0) - corners
     candidates = []
     for edge in edges / np.linalg.norm(edges, axis=1, keepdims=True):
@@ -120,10 +135,70 @@ def _oriented(axes: Array) -> Array:
     return ordered
 
 
-def _faces_of(body: Body) -> Iterator[tuple[int, int]]:
+@dataclass(frozen=True, eq=False)
+class _Face:
+    """One face of a body: face ``index`` of piece ``owner``, or one of a mesh's surface.
+
+    Attributes:
+        normal: (3,), unit, outward.
+        ring: (k, 3), the corners of its convex hull, counter-clockwise from outside.
+        piece: the piece, or None for a mesh's.
+        owner: the piece's number, or None.
+        plane: the mesh's face, or None.
+    """
+
+    normal: Array
+    ring: Array
+    piece: ConvexPiece | None = None
+    owner: int | None = None
+    plane: PlanarFace | None = None
+
+    def region(self) -> PlanarFace:
+        """Return its exact extent."""
+        if self.plane is not None:
+            return self.plane
+        fan = [(self.ring[0], self.ring[k], self.ring[k + 1]) for k in range(1, len(self.ring) - 1)]
+        rim = np.stack([self.ring, np.roll(self.ring, -1, axis=0)], axis=1)
+        return PlanarFace(np.array(fan), rim, self.normal)
+
+
+def _faces_of(body: Body) -> Iterator[_Face]:
+    for plane in body.surface:
+        yield _Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
+    if body.surface:
+        return
     for owner, piece in enumerate(body.pieces):
-        for index in range(len(piece.faces)):
-            yield owner, index
+        for corners, normal in zip(piece.faces, piece.face_normals, strict=True):
+            yield _Face(normal, piece.vertices[list(corners)], piece, owner)
+
+
+def _outline(plane: PlanarFace, D: float) -> Array:
+    """Return the corners of a planar face's convex hull, counter-clockwise from outside."""
+    corners = plane.rim[:, 0]
+    flat = [(float(x), float(y)) for x, y in corners @ plane_basis(plane.normal).T]
+    ring: Array = corners[convex_hull(flat, INSIDE * D)]
+    return ring
+
+
+def _usable(body: Body, patch: _Face, spots: Array, margin: float) -> BoolArray:
+    """Whether points (k, 3) in a face's plane may be placements."""
+    slack = INSIDE * body.diagonal
+    if patch.plane is not None:
+        return patch.plane.contains(spots, margin, slack)
+    assert patch.piece is not None
+    usable = _on_face(patch.piece, spots, slack) & ~_covered(body, patch, spots)
+    if margin > 0.0:
+        usable &= patch.region().contains(spots, margin, slack)
+    return usable
+
+
+def _owners(body: Body, spots: Array) -> IntArray:
+    """Return per point (k, 3) on the surface the piece that it lies on."""
+    depths = [
+        (spots @ piece.face_normals.T - piece.face_offsets).max(axis=1) for piece in body.pieces
+    ]
+    owners: IntArray = np.argmin(np.array(depths), axis=0)
+    return owners
 
 
 def _wanted(labels: tuple[str, ...], faces: Literal["all"] | Sequence[str]) -> set[int]:
@@ -144,10 +219,20 @@ def _on_face(piece: ConvexPiece, spots: Array, slack: float) -> BoolArray:
     return inside
 
 
-def _covered(body: Body, owner: int, spots: Array) -> BoolArray:
-    """Whether points (k, 3) on one piece lie in another, its surface included."""
+def _covered(body: Body, patch: _Face, spots: Array) -> BoolArray:
+    """Whether another piece covers points (k, 3) on one piece's face, its surface included.
+
+    Where the faces of two pieces lie in one plane, a point on their seam belongs to the first.
+    """
     covered = np.zeros(len(spots), dtype=bool)
+    slack = INSIDE * body.diagonal
     for number, piece in enumerate(body.pieces):
-        if number != owner:
-            covered |= _on_face(piece, spots, INSIDE * body.diagonal)
+        if number == patch.owner:
+            continue
+        heights = spots @ piece.face_normals.T - piece.face_offsets
+        flush = (piece.face_normals @ patch.normal >= 1.0 - INSIDE) & (np.abs(heights) <= slack)
+        if patch.owner is not None and number > patch.owner:
+            covered |= (heights.max(axis=1) <= slack) & ~flush.any(axis=1)
+        else:
+            covered |= heights.max(axis=1) <= slack
     return covered

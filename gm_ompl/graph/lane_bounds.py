@@ -15,6 +15,9 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
+SHORTER = 1.0 - 1e-11
+"""A hub counts as reached anew only by this factor: sums in another order are not progress."""
+
 
 class LaneTables(NamedTuple):
     """What all lanes share, as compiled code reads it.
@@ -153,7 +156,7 @@ def best_target(
             if way == 0 or at != c:
                 for k in range(V.shape[0]):
                     through = travel + X_regr
-                    if through + V[k, at] < best and g + through < G[k, at]:
+                    if through + V[k, at] < best and g + through < G[k, at] * SHORTER:
                         best, node, slot = through + V[k, at], at, k
             if (way == 0 and at == N) or (way == 1 and at == 0):
                 break
@@ -179,17 +182,35 @@ def hub_defaults(rows: IntArray, lanes: LaneTables, V: Array) -> None:
 
 
 @compiled
-def lane_keys(sets: IntArray, c: int, lanes: LaneTables, cuts: CutTables, keys: Array) -> None:
-    """Write for many lanes (L, n) a lower bound (L,) on the cost from node c to the goal."""
+def lane_keys(
+    sets: IntArray, ids: IntArray, V: Array, c: int, lanes: LaneTables, cuts: CutTables,
+    keys: Array,
+) -> None:  # fmt: skip
+    """Write for many lanes a lower bound on the cost from node c to the goal.
+
+    Args:
+        sets: (L, n), the lanes' placements.
+        ids: (L, n), rows of ``V``: the hub where each slot is lifted; (0, n) where geometry
+            alone is to bound the cost from hubs.
+        V: (hubs, N + 1), lower bounds on the cost from hubs.
+        c: the node.
+        lanes: the tables.
+        cuts: the cuts.
+        keys: output (L,).
+    """
     N, P = lanes.forward.shape
     n = sets.shape[1]
     known, z = np.full((2, N, P), np.inf), np.empty((2, N, P))
     costs, d = np.empty((2, N)), np.empty(N + 1)
-    V, G = np.empty((n, N + 1)), np.full((n, N + 1), np.inf)
+    here, G = np.empty((n, N + 1)), np.full((n, N + 1), np.inf)
     for i in range(sets.shape[0]):
         refresh(sets[i], lanes, cuts, known, z, costs, d)
-        hub_defaults(sets[i], lanes, V)
-        keys[i] = best_target(c, 0.0, costs, d, V, G, lanes.X_regr)[0]
+        if ids.shape[0] == 0:
+            hub_defaults(sets[i], lanes, here)
+        else:
+            for k in range(n):
+                here[k] = V[ids[i, k]]
+        keys[i] = best_target(c, 0.0, costs, d, here, G, lanes.X_regr)[0]
 
 
 @compiled

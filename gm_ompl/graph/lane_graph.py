@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
@@ -10,66 +11,20 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import Outcome
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, refresh
+from gm_ompl.graph.hub_bounds import HubBounds
+from gm_ompl.graph.lane import BLOCKED, Hub, Lane
+from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
 from gm_ompl.graph.lanes import lane_tables
-from gm_ompl.graph.sets import LIFTED, PlacementSets
+from gm_ompl.graph.sets import LIFTED, PlacementSets, placement_sets
 from gm_ompl.problem import Placements, Problem
 
-BLOCKED = -1.0
-"""Stands for a margin that is known to fail."""
+MOST_SWEPT = 20_000_000
+"""Lanes times nodes that a sweep may treat (a sweep holds 24 bytes for each); beyond, hubs keep
+the bounds that geometry gives."""
 
-
-@final
-class Lane:
-    """One set of placements along the whole path.
-
-    Attributes:
-        placements: canonical.
-        rows: (n,), the same.
-        known: (2, N, P), decided margins forward and backward; +inf undecided, BLOCKED failed.
-        z: (2, N, P), upper bounds on the margins.
-        costs: (2, N), lower bounds on Eq. (9).
-        d: (N + 1,), lower bounds on the cost to the goal inside the lane.
-        version: of the cuts when the bounds were last renewed.
-    """
-
-    def __init__(self, placements: Placements, N: int, P: int) -> None:
-        self.placements = placements
-        self.rows = np.array(placements, dtype=np.int64)
-        self.known = np.full((2, N, P), np.inf)
-        self.z = np.empty((2, N, P))
-        self.costs, self.d = np.empty((2, N)), np.empty(N + 1)
-        self.version = -1
-
-
-@final
-class Hub:
-    """One finger lifted, the others in place, at any node.
-
-    Attributes:
-        placements: canonical, with LIFTED.
-        slot: who is lifted.
-        rows: (n,), 0 at ``slot``.
-        choices: where the lifted finger may go, clear of the others.
-        table: (choices, N + 1), lower bounds on the cost to the goal per choice and node.
-        versions: (choices,), of the cuts when a choice's row was last renewed; -2 where the lane
-            itself must be asked.
-        stable: (N + 1,), whether the rest holds the object: 1, 0, or -1 where undecided.
-        value: (N + 1,), lower bounds on the cost from the hub.
-        reached: (N + 1,), least cost at which it was reached.
-    """
-
-    def __init__(self, placements: Placements, choices: IntArray, nodes: int) -> None:
-        self.placements = placements
-        self.slot = placements.index(LIFTED)
-        self.rows = np.array(placements, dtype=np.int64)
-        self.rows[self.slot] = 0
-        self.choices = choices
-        self.table = np.empty((len(choices), nodes))
-        self.versions = np.full(len(choices), -1, dtype=np.int64)
-        self.stable = np.full(nodes, -1, dtype=np.int64)
-        self.value = np.empty(nodes)
-        self.reached = np.full(nodes, np.inf)
+SWEPT_PER_LANE = 0.03
+"""Cost of a lane in a sweep, in units of treating one lane alone, and per segment: measured."""
+SWEPT_PER_SEGMENT = 0.002
 
 
 @final
@@ -79,6 +34,7 @@ class LaneGraph:
     Attributes:
         tables: what all lanes share.
         sets: canonical sets of placements.
+        bounds: of all hubs, once a sweep was made.
     """
 
     def __init__(self, problem: Problem, judge: Judge, backend: KernelBackend) -> None:
@@ -86,8 +42,11 @@ class LaneGraph:
         self._fingers = tuple(range(problem.fingers.count))
         self._lanes: dict[Placements, Lane] = {}
         self._hubs: dict[Placements, Hub] = {}
+        self._lanes_of: dict[Placements, list[Lane]] = {}
         self.tables = lane_tables(problem, judge, backend)
         self.sets = PlacementSets(problem.fingers.groups())
+        self.bounds: HubBounds | None = None
+        self._all_sets: IntArray | None = None
 
     @property
     def lanes_met(self) -> int:
@@ -98,9 +57,13 @@ class LaneGraph:
         """Return the lane of a canonical set, its bounds renewed."""
         lane = self._lanes.get(placements)
         if lane is None:
-            lane = self._lanes[placements] = Lane(placements, *self.tables.forward.shape)
-            for hub_set in self._hub_sets(placements):
-                self._tell_hub(lane, hub_set)
+            hubs = tuple(self.sets.replaced(placements, k, LIFTED) for k in self._fingers)
+            lane = Lane(placements, hubs, *self.tables.forward.shape)
+            self._lanes[placements] = lane
+            for hub in hubs:
+                self._lanes_of.setdefault(hub, []).append(lane)
+                if hub in self._hubs:
+                    self._tell(self._hubs[hub], lane)
         return self.renewed(lane)
 
     def renewed(self, lane: Lane, force: bool = False) -> Lane:
@@ -111,24 +74,14 @@ class LaneGraph:
             lane.version = pool.version
         return lane
 
-    def _hub_sets(self, placements: Placements) -> list[Placements]:
-        return [self.sets.replaced(placements, k, LIFTED) for k in self._fingers]
-
-    def _tell_hub(self, lane: Lane, hub_set: Placements) -> None:
-        """Make a hub ask the lane itself, which knows more than the cuts."""
-        hub = self._hubs.get(hub_set)
-        if hub is not None:
-            index = self._choice(hub, lane.placements)
-            if index is not None:
-                hub.versions[index] = -2
-
-    def _choice(self, hub: Hub, placements: Placements) -> int | None:
-        left = list(placements)
+    @staticmethod
+    def _tell(hub: Hub, lane: Lane) -> None:
+        """Make a hub ask a lane itself, which knows more than the cuts."""
+        left = list(lane.placements)
         for row in hub.placements:
             if row != LIFTED:
                 left.remove(row)
-        hits = np.flatnonzero(hub.choices == left[0])
-        return int(hits[0]) if len(hits) else None
+        hub.versions[hub.number[left[0]]] = -2
 
     def lane_of(self, hub: Hub, index: int) -> Placements:
         """Return the canonical set that choice ``index`` of a hub leads to."""
@@ -148,14 +101,13 @@ class LaneGraph:
             pair = self._judge.clear[slot][other]
             if pair is not None:
                 fits &= pair[:, row]
-        hub = Hub(placements, np.flatnonzero(fits), self.tables.node_free.shape[2])
+        hub = Hub(placements, fits, self.tables.node_free.shape[2])
         every = np.arange(len(hub.choices))
         pool = self._backend.pool
         hub_rows(hub.rows, slot, hub.choices, every, self.tables, pool.tables, hub.table)
         hub.versions[:] = pool.version
-        for index in every:
-            if self.lane_of(hub, index) in self._lanes:
-                hub.versions[index] = -2
+        for lane in self._lanes_of.get(placements, ()):
+            self._tell(hub, lane)
         self._revalue(hub)
         return hub
 
@@ -163,28 +115,39 @@ class LaneGraph:
         tables = self.tables
         best = hub.table.min(axis=0, initial=np.inf)
         hub.value = np.minimum(best, tables.X_regr + tables.least)
+        if self.bounds is not None:
+            hub.value = np.maximum(hub.value, self.bounds.row(hub.placements))
         hub.value[hub.stable == 0] = np.inf
         for k, row in enumerate(hub.placements):
             if row != LIFTED:
                 hub.value[~tables.node_free[k, row]] = np.inf
 
+    def learn(self, hub: Hub, index: int, lane: Lane) -> None:
+        """Take a lane's bounds into a hub's table."""
+        hub.table[index] = lane.d
+        hub.versions[index] = -2
+        self._revalue(hub)
+
     def refined(self, hub: Hub, config: int) -> bool:
         """Renew the hub's bound at a node until it rests on a fresh row; whether it changed."""
-        pool, before = self._backend.pool, hub.value[config]
+        pool, before, renewed = self._backend.pool, hub.value[config], False
         while len(hub.choices):
             index = int(np.argmin(hub.table[:, config]))
             best = hub.table[index, config]
             if best == np.inf or hub.versions[index] == pool.version:
                 break
             if hub.versions[index] == -2:
-                hub.table[index] = self.lane(self.lane_of(hub, index)).d
-                if hub.table[index, config] == best:
+                d = self.lane(self.lane_of(hub, index)).d
+                if d[config] == best:
                     break
+                hub.table[index] = d
             else:
                 one = np.array([index])
                 hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, pool.tables, hub.table)
                 hub.versions[index] = pool.version
-        self._revalue(hub)
+            renewed = True
+        if renewed:
+            self._revalue(hub)
         return bool(hub.value[config] != before)
 
     def target(self, lane: Lane, config: int, g: float) -> tuple[float, int, Hub | None]:
@@ -195,22 +158,67 @@ class LaneGraph:
         """
         shape = (len(lane.rows), len(lane.d))
         V, G = np.empty(shape), np.full(shape, np.inf)
-        hubs = self._hub_sets(lane.placements)
-        hub_defaults(lane.rows, self.tables, V)
+        hubs = lane.hubs
+        if self.bounds is None:
+            hub_defaults(lane.rows, self.tables, V)
+        else:
+            for k, hub_set in enumerate(hubs):
+                V[k] = self.bounds.row(hub_set)
         while True:
             for k, hub_set in enumerate(hubs):
                 known = self._hubs.get(hub_set)
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
-            cost, node, slot = best_target(
-                config, g, lane.costs, lane.d, V, G, self.tables.X_regr
-            )
+            cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, self.tables.X_regr)
             if slot < 0:
                 return cost, node, None
             new = hubs[slot] not in self._hubs
             hub = self.hub(hubs[slot])
             if not self.refined(hub, node) and not new:
                 return cost, node, hub
+
+    def keys(self, sets: IntArray, config: int) -> Array:
+        """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
+        keys = np.empty(len(sets))
+        cuts = self._backend.pool.tables
+        if self.bounds is None:
+            ids, V = np.empty((0, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
+        else:
+            ids, V = self.bounds.ids(sets), self.bounds.V
+        lane_keys(sets, ids, V, config, self.tables, cuts, keys)
+        return keys
+
+    def sweep_price(self) -> float:
+        """Return what a sweep costs, in lanes treated one by one; +inf where it is too large."""
+        if self._all_sets is None:
+            hand, judge = self._problem.fingers, self._judge
+            anywhere = tuple(row.any(axis=1) for row in self.tables.node_free)
+            most = MOST_SWEPT // len(self.tables.goal)
+            sets = placement_sets(hand.groups(), anywhere, judge.clear, most)
+            self._all_sets = np.empty((0, hand.count), dtype=np.int64) if sets is None else sets
+        if not len(self._all_sets):
+            return math.inf
+        per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * 2 * self.tables.forward.size
+        return len(self._all_sets) * per_lane
+
+    def sweep(self) -> bool:
+        """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
+        assert self._all_sets is not None, "sweep_price was not asked"
+        if self.bounds is None:
+            hand = self._problem.fingers
+            self.bounds = HubBounds(
+                self._all_sets, hand.groups(), len(hand.placements), self.tables
+            )
+        decided = {
+            placements: lane.known
+            for placements, lane in self._lanes.items()
+            if np.isfinite(lane.known).any()
+        }
+        unstable = [(hub.placements, hub.stable == 0) for hub in self._hubs.values()]
+        gained = self.bounds.sweep(self._backend.pool.tables, decided, unstable)
+        for hub in self._hubs.values():
+            self._revalue(hub)
+        return gained
 
     def judge_rest(self, hub: Hub, config: int) -> bool:
         """Decide whether the rest of the hand holds the object at a node."""

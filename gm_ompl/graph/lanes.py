@@ -6,14 +6,18 @@ hub (one finger lifted, the object at rest) joins the lanes that share the other
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.cost import chords
 from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.lane_bounds import LaneTables
+from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Problem
 
 
@@ -22,8 +26,9 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
     lattice, P = problem.lattice, problem.cost.samples_per_arc
     nodes = [lattice.coordinates(c) for c in range(lattice.size)]
     N = len(nodes) - 1
-    fractions = (np.arange(P) + 0.5) / P
-    middles = [[(a[0] + f * (b[0] - a[0]),) for f in fractions] for a, b in zip(nodes, nodes[1:])]
+    arcs = list(itertools.pairwise(nodes))
+    fractions = [(j + 0.5) / P for j in range(P)]
+    middles = [[(a[0] + f * (b[0] - a[0]),) for f in fractions] for a, b in arcs]
     node_free = _free(judge, [[q] for q in nodes])
     free = _free(judge, middles) & node_free[:, :, :-1] & node_free[:, :, 1:]
     lengths = _lengths(problem, judge)
@@ -34,7 +39,7 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
         np.array(
             [
                 [judge.environment(q, (way * (b[0] - a[0]),)) for q in row]
-                for row, a, b in zip(middles, nodes, nodes[1:], strict=False)
+                for row, (a, b) in zip(middles, arcs, strict=True)
             ],
             dtype=np.int64,
         ).reshape(N, P)
@@ -59,7 +64,7 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
     return tables
 
 
-def _free(judge: Judge, places: list[list[tuple[float]]]) -> BoolArray:
+def _free(judge: Judge, places: Sequence[Sequence[Coordinates]]) -> BoolArray:
     """Return (n, placements, len(places)): free at all coordinates of each place."""
     columns = []
     for place in places:
@@ -76,7 +81,7 @@ def _lengths(problem: Problem, judge: Judge) -> Array:
     lattice, P = problem.lattice, problem.cost.samples_per_arc
     axis = lattice.axes[0]
     ends = [(float(axis[0]),)]
-    for a, b in zip(axis, axis[1:], strict=False):
+    for a, b in itertools.pairwise(axis):
         ends.extend((float(a + (b - a) * j / P),) for j in range(1, P))
         ends.append((float(b),))
     poses = [problem.motion.pose(q) for q in ends]
@@ -102,32 +107,3 @@ def _ahead(travel: Array, free: BoolArray, goal: BoolArray) -> Array:
         run = np.zeros((n, rows)) if goal[c] else (run + cost[:, :, c - 1] if c else run)
         ahead[:, :, c] = np.minimum(ahead[:, :, c], run)
     return ahead
-
-
-def placement_sets(
-    groups: tuple[tuple[int, ...], ...],
-    allowed: tuple[BoolArray, ...],
-    clear: tuple[tuple[BoolArray | None, ...], ...],
-    most: int,
-) -> IntArray | None:
-    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``."""
-    n = len(allowed)
-    sets = np.zeros((1, 0), dtype=np.int64)
-    group_of = {finger: group for group in groups for finger in group}
-    for i in range(n):
-        rows = np.flatnonzero(allowed[i])
-        if len(sets) * len(rows) > 8 * most:
-            return None
-        left, right = np.divmod(np.arange(len(sets) * len(rows)), max(len(rows), 1))
-        right = rows[right]
-        keep = np.ones(len(left), dtype=bool)
-        for j in range(i):
-            pair = clear[i][j]
-            if pair is not None:
-                keep &= pair[right, sets[left, j]]
-            if j in group_of[i]:
-                keep &= sets[left, j] < right
-        if keep.sum() > most:
-            return None
-        sets = np.concatenate([sets[left[keep]], right[keep, None]], axis=1)
-    return np.ascontiguousarray(sets)

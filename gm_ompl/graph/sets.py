@@ -52,6 +52,14 @@ class PlacementSets:
                 ordered[i] = row
         return tuple(ordered)
 
+    def canonical_rows(self, sets: IntArray) -> IntArray:
+        """Return many sets (L, n), nobody LIFTED, in canonical order."""
+        ordered = sets.copy()
+        for group in self._mixed:
+            columns = list(group)
+            ordered[:, columns] = np.sort(ordered[:, columns], axis=1)
+        return ordered
+
     def number(self, canonical: Placements) -> int:
         """Return the number of a canonical set, a new one on first sight."""
         known = self._numbers.setdefault(canonical, len(self._sets))
@@ -142,3 +150,29 @@ def _spread(groups: Groups, row_of: Mapping[int, int]) -> Placements:
         for finger, row in zip(group, sorted(row_of[i] for i in group), strict=True):
             placements[finger] = row
     return tuple(placements)
+
+
+def placement_sets(
+    groups: Groups, allowed: Sequence[BoolArray], clear: Clearances, most: int
+) -> IntArray | None:
+    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``."""
+    n = len(allowed)
+    sets = np.zeros((1, 0), dtype=np.int64)
+    group_of = {finger: group for group in groups for finger in group}
+    for i in range(n):
+        rows = np.flatnonzero(allowed[i])
+        if len(sets) * len(rows) > 8 * most:
+            return None
+        left, right = np.divmod(np.arange(len(sets) * len(rows)), max(len(rows), 1))
+        right = rows[right]
+        keep = np.ones(len(left), dtype=bool)
+        for j in range(i):
+            pair = clear[i][j]
+            if pair is not None:
+                keep &= pair[right, sets[left, j]]
+            if j in group_of[i]:
+                keep &= sets[left, j] < right
+        if keep.sum() > most:
+            return None
+        sets = np.concatenate([sets[left[keep]], right[keep, None]], axis=1)
+    return np.ascontiguousarray(sets)

@@ -42,7 +42,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
         graph = LaneGraph(problem, judge, backend)
-        source = start_sets(problem, judge, backend, graph.tables, start)
+        source = start_sets(problem, judge, graph, start)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
 
@@ -93,7 +93,5 @@ def _hub(graph: FeasibilityGraph, before: Placements, after: Placements) -> Plac
     sets = graph.sets
     lifted = {sets.replaced(before, k, LIFTED) for k in range(len(before))}
     return next(
-        hub
-        for hub in (sets.replaced(after, k, LIFTED) for k in range(len(after)))
-        if hub in lifted
+        hub for hub in (sets.replaced(after, k, LIFTED) for k in range(len(after))) if hub in lifted
     )

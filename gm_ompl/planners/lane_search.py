@@ -18,13 +18,18 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.graph.lane_graph import Hub, Lane, LaneGraph
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.graph.lane import Hub, Lane
+from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.planners.lane_sources import Source
 from gm_ompl.planners.planner import Meter, Status
 from gm_ompl.problem import Placements
 
 SAME: Final = 1e-12
 """Relative difference below which two costs are one."""
+
+FIRST_SWEEP: Final = 1000.0
+"""Stale keys met before a sweep over all lanes is considered."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +57,8 @@ class Choices:
     config: int
     g: float
     parent: Entry
-    keys: np.ndarray
-    order: np.ndarray
+    keys: Array
+    order: IntArray
     next: int = 0
 
 
@@ -86,6 +91,7 @@ class LaneSearch:
         self._entered: dict[tuple[Placements, int], float] = {}
         self._best: tuple[Entry, int] | None = None
         self._next_event = 0.0
+        self._stale, self._patience = 0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
         self.history: list[tuple[float, float | None, float]] = []
@@ -125,8 +131,11 @@ class LaneSearch:
             elif isinstance(waiting, Choices):
                 self._leave(waiting)
             else:
-                self._emerge(waiting)
-        return Status.INFEASIBLE if self._best is None else Status.SOLVED
+                self._emerge(f, waiting)
+        if self._best is None:
+            return Status.INFEASIBLE
+        self.bound = self.cost  # nothing cheaper waits
+        return Status.SOLVED
 
     def _push(self, f: float, waiting: Waiting) -> None:
         if f < self.cost:
@@ -134,10 +143,11 @@ class LaneSearch:
             self.generated += 1
             heapq.heappush(self._open, (f, self._order, waiting))
 
-    def _emerge(self, source: Source) -> None:
-        """Take the next start set; the source waits for the one after it."""
-        f, placements = source.take()
-        self._push(f, Entry(placements, self._start, 0.0, None))
+    def _emerge(self, f: float, source: Source) -> None:
+        """Take the next start set, if renewed bounds still put it here; the source waits on."""
+        if source.key() <= f:
+            key, placements = source.take()
+            self._push(key, Entry(placements, self._start, 0.0, None))
         self._push(source.key(), source)
 
     def _treat(self, f: float, entry: Entry) -> None:
@@ -146,13 +156,28 @@ class LaneSearch:
         lane = graph.lane(entry.placements)
         cost, node, hub = graph.target(lane, entry.config, entry.g)
         if entry.g + cost > f + SAME * f:
-            if entry.parent is None:
-                self._source.wasted()
             self._push(entry.g + cost, entry)
+            self._wasted(entry)
         elif hub is None:
             self._finish(lane, entry)
         else:
             self._enter(lane, entry, node, hub)
+
+    def _wasted(self, entry: Entry) -> None:
+        """Hear that a key had gone stale; where too many do, look further ahead from all hubs."""
+        if entry.parent is None:
+            self._source.wasted()
+        self._stale += 1
+        if self._stale < self._patience:
+            return
+        price = self._graph.sweep_price()
+        if self._stale >= price:
+            gained = self._graph.sweep()
+            self._source.renew()
+            self._stale = 0
+            # Sweeps that raise nothing are made ever more rarely.
+            price = price if gained else 2.0 * max(price, self._patience)
+        self._patience = price
 
     def _finish(self, lane: Lane, entry: Entry) -> None:
         """Judge the lane to the goal; a plan is found where it holds."""
@@ -167,10 +192,13 @@ class LaneSearch:
     def _enter(self, lane: Lane, entry: Entry, node: int, hub: Hub) -> None:
         """Judge the way to a hub and on, least likely first; the hub is reached where it holds."""
         graph = self._graph
-        if graph.judge_rest(hub, node) and self._goes_on(hub, node):
-            if graph.judge_arcs(lane, entry.config, node):
-                through = graph.tables.X_regr + self._travel(lane, entry.config, node)
-                self._reach(hub, node, entry.g + through, entry)
+        if (
+            graph.judge_rest(hub, node)
+            and self._goes_on(hub, node)
+            and graph.judge_arcs(lane, entry.config, node)
+        ):
+            through = graph.tables.X_regr + self._travel(lane, entry.config, node)
+            self._reach(hub, node, entry.g + through, entry)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)
 
@@ -185,8 +213,7 @@ class LaneSearch:
         lane = graph.lane(graph.lane_of(hub, index))
         before = lane.d[node]
         holds = graph.judge_arcs(lane, node, self._goal_from(lane, node))
-        hub.table[index] = lane.d
-        hub.versions[index] = -2
+        graph.learn(hub, index, lane)
         graph.refined(hub, node)
         return holds and lane.d[node] <= before + SAME * before
 
@@ -195,12 +222,23 @@ class LaneSearch:
         if g >= hub.reached[node]:
             return
         hub.reached[node] = g
-        tables = self._graph.tables
-        onward = np.minimum(hub.table[:, node], tables.X_regr + tables.least[node])
-        keys = g + np.where(tables.node_free[hub.slot, hub.choices, node], onward, np.inf)
+        keys = g + self._onward(hub, node)
         choices = Choices(hub, node, g, parent, keys, np.argsort(keys, kind="stable"))
         if len(keys):
             self._push(float(keys[choices.order[0]]), choices)
+
+    def _onward(self, hub: Hub, node: int) -> Array:
+        """Return lower bounds (choices,) on the cost to the goal after each regrasp."""
+        graph, tables = self._graph, self._graph.tables
+        if graph.bounds is None:
+            onward = np.minimum(hub.table[:, node], tables.X_regr + tables.least[node])
+        else:
+            sets = np.tile(hub.rows, (len(hub.choices), 1))
+            sets[:, hub.slot] = hub.choices
+            onward = graph.keys(graph.sets.canonical_rows(sets), node)
+        free = tables.node_free[hub.slot, hub.choices, node]
+        keys: Array = np.where(free, onward, np.inf)
+        return keys
 
     def _leave(self, choices: Choices) -> None:
         """Enter the next lane from a hub."""

@@ -10,11 +10,9 @@ import numpy as np
 
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.lane_bounds import LaneTables, lane_keys
-from gm_ompl.graph.lanes import placement_sets
-from gm_ompl.graph.sets import ordered_sets
+from gm_ompl.graph.lane_graph import LaneGraph
+from gm_ompl.graph.sets import ordered_sets, placement_sets
 from gm_ompl.problem import Placements, Problem
 
 MOST_SETS = 2_000_000
@@ -36,22 +34,21 @@ class Source(Protocol):
     def wasted(self) -> None:
         """Hear that a set's bound had gone stale when it was treated."""
 
+    def renew(self) -> None:
+        """Make the bounds of all sets that still wait as tight as they can be now."""
+
 
 @final
 class SortedSets:
     """All start sets in one array, sorted; sorted anew when cuts have made the bounds stale."""
 
-    def __init__(
-        self, sets: IntArray, start: int, tables: LaneTables, backend: KernelBackend
-    ) -> None:
-        self._sets, self._start = sets, start
-        self._tables, self._backend = tables, backend
+    def __init__(self, sets: IntArray, start: int, graph: LaneGraph) -> None:
+        self._sets, self._start, self._graph = sets, start, graph
         self._stale, self._patience = 0, FIRST_REKEYING
         self._compute()
 
     def _compute(self) -> None:
-        keys = np.empty(len(self._sets))
-        lane_keys(self._sets, self._start, self._tables, self._backend.pool.tables, keys)
+        keys = self._graph.keys(self._sets, self._start)
         hopeful = np.flatnonzero(np.isfinite(keys))
         order = hopeful[np.argsort(keys[hopeful], kind="stable")]
         self._sets, self._keys = np.ascontiguousarray(self._sets[order]), keys[order]
@@ -71,9 +68,14 @@ class SortedSets:
         """Count; when too many were stale, renew the bounds of all sets that still wait."""
         self._stale += 1
         if self._stale >= self._patience:
-            self._stale, self._patience = 0, 2 * self._patience
-            self._sets = np.ascontiguousarray(self._sets[self._next :])
-            self._compute()
+            self._patience *= 2
+            self.renew()
+
+    def renew(self) -> None:
+        """Renew the bounds of all sets that still wait."""
+        self._stale = 0
+        self._sets = np.ascontiguousarray(self._sets[self._next :])
+        self._compute()
 
 
 @final
@@ -97,17 +99,19 @@ class OrderedSets:
     def wasted(self) -> None:
         """Nothing to renew: bounds do not depend on cuts."""
 
+    def renew(self) -> None:
+        """Nothing to renew."""
 
-def start_sets(
-    problem: Problem, judge: Judge, backend: KernelBackend, tables: LaneTables, start: int
-) -> Source:
+
+def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> Source:
     """Return the source of all valid sets at the start node."""
+    tables = graph.tables
     geometry = judge.node(problem.lattice.coordinates(start))
     allowed = restricted(geometry.free, problem.fingers.start)
     groups = problem.fingers.groups()
     sets = placement_sets(groups, allowed, judge.clear, MOST_SETS)
     if sets is not None:
-        return SortedSets(sets, start, tables, backend)
+        return SortedSets(sets, start, graph)
     onward = tables.X_regr + tables.least[start]
     keys = [np.minimum(tables.ahead[i, :, start], onward) for i in range(len(allowed))]
     return OrderedSets(ordered_sets(groups, allowed, keys, judge.clear))

@@ -13,9 +13,11 @@ from gm_ompl.graph.extraction import extract_moves
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
+from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.planners.astar import BestFirstSearch
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
 from gm_ompl.planners.outcome import result_of, without_search
+from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
     Meter,
@@ -81,10 +83,21 @@ def solve_on_lattice(
 
 @final
 class AStar(Planner):
-    """A* with the heuristic (11) (Sec. 4.4)."""
+    """A* (Sec. 4.4): over lanes and hubs where that applies, else with the heuristic (11)."""
 
     name: ClassVar[str] = "astar"
     specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "heuristic",
+            str,
+            "lanes",
+            "What bounds the cost to the goal: lanes (one degree of freedom; in the plane the "
+            "object's own way; elsewhere as travel), travel (the heuristic (11) on the paper's "
+            "graph) or none.",
+            choices=("lanes", "travel", "none"),
+        ),
+    )
 
     def solve(
         self,
@@ -95,9 +108,13 @@ class AStar(Planner):
         report: Report = silent,
     ) -> SearchResult:
         """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        if has_lanes(problem, judge):
+        heuristic = self.settings["heuristic"]
+        if heuristic == "lanes" and has_lanes(problem, judge):
             return solve_on_lanes(problem, judge, budget, report)
-        return solve_on_lattice(problem, judge, budget, report, TravelHeuristic)
+        make: MakeHeuristic = _no_heuristic if heuristic == "none" else TravelHeuristic
+        if heuristic == "lanes" and suits(problem):
+            make = PlanarHeuristic
+        return solve_on_lattice(problem, judge, budget, report, make)
 
 
 @final

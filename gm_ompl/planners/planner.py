@@ -16,6 +16,7 @@ import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
+from gm_ompl.planners.parameters import Parameter, checked
 from gm_ompl.problem import Problem
 
 MEMORY_CHECK_EVERY = 256
@@ -54,11 +55,13 @@ class Budget:
         time_limit: wall time [s].
         max_iterations: iterations: node expansions, or a sampling planner's own iterations.
         memory_limit_mb: resident memory of the whole process [MiB].
+        stop: asked now and then; True ends the search as if a limit were reached.
     """
 
     time_limit: float | None = None
     max_iterations: int | None = None
     memory_limit_mb: float | None = None
+    stop: Callable[[], bool] | None = None
 
     def start(self) -> Meter:
         """Return a running meter of this budget."""
@@ -84,6 +87,8 @@ class Meter:
         if budget.max_iterations is not None and iterations >= budget.max_iterations:
             return True
         if budget.time_limit is not None and self.elapsed() >= budget.time_limit:
+            return True
+        if budget.stop is not None and budget.stop():
             return True
         if budget.memory_limit_mb is None:
             return False
@@ -179,10 +184,22 @@ class Planner(ABC):
     Attributes:
         name: what users call it.
         specs: what it can and cannot do.
+        parameters: its named settings, with ranges and defaults.
+        settings: the value of each parameter.
+
+    Args:
+        given: values of parameters by name; defaults for the rest.
+
+    Raises:
+        InputError: a parameter is unknown, of the wrong type or out of range.
     """
 
     name: ClassVar[str]
     specs: ClassVar[PlannerSpecs]
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+
+    def __init__(self, given: Mapping[str, Any] | None = None) -> None:
+        self.settings = checked(self.name, self.parameters, given or {})
 
     @abstractmethod
     def solve(

@@ -11,7 +11,7 @@ from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.mass import at_centre_of_mass, mass_properties
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull, shifted
+from gm_ompl.geometry.solids import Body, hull, shifted
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, Piece, Slide, path_lattice, tumble_towards
@@ -27,8 +27,9 @@ from gm_ompl.problem import (
 )
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
-from gm_ompl.scenario.model import ObstacleModel, PoseModel, ScenarioModel
+from gm_ompl.scenario.model import PoseModel, ScenarioModel
 from gm_ompl.scenario.notes import Notes
+from gm_ompl.scenario.shapes import body_of
 
 TOWARDS = {
     "+x": np.array([1.0, 0.0, 0.0]),
@@ -61,7 +62,12 @@ def build_problem(model: ScenarioModel, document: Document) -> Problem:
     assert fingers is not None
     lattice = _lattice(model, motion)
     _check_size(model, lattice, fingers, notes)
-    environment = Environment(model.environment.floor, obstacles, model.friction.environment)
+    environment = Environment(
+        floor=model.environment.floor,
+        obstacles=obstacles,
+        friction=model.friction.environment,
+        patch_points=model.mechanics.patch_points or 0,
+    )
     problem = Problem(
         name=model.name,
         body=body,
@@ -96,42 +102,32 @@ def _mechanics(model: ScenarioModel) -> MechanicsSettings:
 
 def _object(model: ScenarioModel) -> tuple[Body, Array]:
     """Return the object in its own frame, origin at the centre of mass, and its inertia."""
-    shape, mass = model.object.shape, model.object.mass
-    if shape.box is not None:
-        half = np.array(shape.box) / 2
-        body = Body((box(-half, half),))
-    else:
-        body = Body((hull(np.array(shape.hull)),))
-    given = model.object.centre_of_mass
+    mass, given = model.object.mass, model.object.centre_of_mass
+    body = body_of(model.object.shape)
     if given is not None:
         body = shifted(body, -np.array(given))
         _check_centre(body)
         return body, np.array(model.object.inertia)
-    if shape.box is None:
+    if model.object.shape.box is None:
         body, _ = at_centre_of_mass(body)
     return body, mass_properties(body, mass).inertia
 
 
 def _check_centre(body: Body) -> None:
-    for piece in body.pieces:
-        if (piece.face_offsets < -1e-9 * body.diagonal).any():
-            raise GeometryError("object.centre_of_mass lies outside the shape")
+    """Raise unless the centre of mass, the origin, lies in the body's convex hull."""
+    whole = body.pieces[0] if len(body.pieces) == 1 else hull(body.vertices)
+    if (whole.face_offsets < -1e-9 * body.diagonal).any():
+        raise GeometryError("object.centre_of_mass lies outside the shape")
 
 
 def _obstacles(model: ScenarioModel, notes: Notes) -> tuple[Obstacle, ...]:
     made = []
     for name, obstacle in model.environment.obstacles.items():
         path: Path = ("environment", "obstacles", name)
-        piece = notes.attempt(path, lambda obstacle=obstacle: _obstacle(obstacle))  # type: ignore[misc]
-        if piece is not None:
-            made.append(Obstacle(name, Body((piece,))))
+        body = notes.attempt(path, lambda obstacle=obstacle: body_of(obstacle))  # type: ignore[misc]
+        if body is not None:
+            made.append(Obstacle(name, body))
     return tuple(made)
-
-
-def _obstacle(obstacle: ObstacleModel) -> ConvexPiece:
-    if obstacle.box is not None:
-        return box(obstacle.box.min, obstacle.box.max)
-    return hull(np.array(obstacle.hull))
 
 
 def _motion(

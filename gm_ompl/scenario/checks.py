@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.model import BoxModel, Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
 
 BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -26,17 +26,28 @@ def findings(model: ScenarioModel, valid: set[str]) -> Iterator[Finding]:
             yield from check(model)
 
 
-def _no_mesh(path: Path, part: Any) -> Iterator[Finding]:
-    if part.mesh is not None:
-        yield (*path, "mesh"), part.mesh, "meshes are not supported yet; use box or hull"
-    elif part.scale is not None:
-        yield (*path, "scale"), part.scale, "only for a mesh; leave it out"
+SHAPES = ("box", "hull", "mesh", "pieces")
+
+
+def _shape(path: Path, part: Any) -> Iterator[Finding]:
+    yield from one_of(path, part, SHAPES)
+    if part.scale is not None and not isinstance(part.mesh, str):
+        yield (*path, "scale"), part.scale, "only for a mesh file; leave it out"
+    for i, piece in enumerate(part.pieces or ()):
+        yield from one_of((*path, "pieces", i), piece, ("box", "hull"))
+        yield from _box((*path, "pieces", i, "box"), piece.box)
+
+
+def _box(path: Path, box: BoxModel | None) -> Iterator[Finding]:
+    if box is not None:
+        for i, (low, high) in enumerate(zip(box.min, box.max, strict=True)):
+            if not low < high:
+                yield (*path, "max", i), high, f"must be > min, which is {low!r}"
 
 
 def _object(model: ScenarioModel) -> Iterator[Finding]:
     shape = model.object.shape
-    yield from one_of(("object", "shape"), shape, ("box", "hull", "mesh"))
-    yield from _no_mesh(("object", "shape"), shape)
+    yield from _shape(("object", "shape"), shape)
     centre, inertia = model.object.centre_of_mass, model.object.inertia
     if (centre is None) != (inertia is None):
         missing = "inertia" if inertia is None else "centre_of_mass"
@@ -138,12 +149,9 @@ def _friction(model: ScenarioModel) -> Iterator[Finding]:
 def _environment(model: ScenarioModel) -> Iterator[Finding]:
     for name, obstacle in model.environment.obstacles.items():
         path: Path = ("environment", "obstacles", name)
-        yield from one_of(path, obstacle, ("box", "hull", "mesh"))
-        yield from _no_mesh(path, obstacle)
-        if obstacle.box is not None:
-            for i, (low, high) in enumerate(zip(obstacle.box.min, obstacle.box.max, strict=True)):
-                if not low < high:
-                    yield (*path, "box", "max", i), high, f"must be > min, which is {low!r}"
+        yield from _shape(path, obstacle)
+        if isinstance(obstacle.box, BoxModel):
+            yield from _box((*path, "box"), obstacle.box)
 
 
 def _expect(model: ScenarioModel) -> Iterator[Finding]:

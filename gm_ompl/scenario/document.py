@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import TypeAlias
 
 import yaml
@@ -65,12 +66,14 @@ class Document:
         tree: mappings, lists and scalars.
         places: "line:column" per path, or the "--set KEY=VALUE" that wrote it.
         problems: mistakes found while reading.
+        folder: where files that the scenario names are looked for; None: nowhere.
     """
 
     label: str
     tree: object = None
     places: dict[Path, str] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
+    folder: FilePath | None = None
 
     def where(self, path: Path) -> str:
         """Return "file:line:column" (or "--set KEY=VALUE") of the nearest known place."""

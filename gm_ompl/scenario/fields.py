@@ -22,7 +22,7 @@ ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\
 
 TAGS = frozenset({
     "<one>", "<many>", "<word>", "<list>", "<name>", "<number>", "<placed>", "<hand>", "<range>",
-    "<pose>", "<region>",
+    "<pose>", "<region>", "<mesh>",
 })  # fmt: skip
 """How the kinds of a value that may be of several kinds are told apart."""
 
@@ -58,6 +58,9 @@ Vector: TypeAlias = Annotated[tuple[Number, ...], Field(min_length=3, max_length
 PositiveVector: TypeAlias = Annotated[tuple[Positive, ...], Field(min_length=3, max_length=3)]
 Points: TypeAlias = Annotated[tuple[Vector, ...], Field(min_length=4)]
 Matrix: TypeAlias = Annotated[tuple[Vector, ...], Field(min_length=3, max_length=3)]
+Triangle: TypeAlias = Annotated[
+    tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=3, max_length=3)
+]
 Interval: TypeAlias = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]
 Angle: TypeAlias = Annotated[
     float,

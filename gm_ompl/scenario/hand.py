@@ -6,7 +6,7 @@ import numpy as np
 
 from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.solids import Body
-from gm_ompl.geometry.surface import face_labels, placements
+from gm_ompl.geometry.surface import face_areas, face_labels, placements
 from gm_ompl.problem import Fingers
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.model import Placed, ScenarioModel
@@ -15,12 +15,18 @@ from gm_ompl.scenario.notes import Notes
 MAX_PLACEMENTS = 200_000
 """More grid points than this on all faces together are refused."""
 
+MESH_MARGIN = 1e-3
+"""Least distance of a placement from its face's rim on a mesh, relative to D."""
+
+MESH_SMALLEST_FACE = 1e-4
+"""Faces of a mesh with less than this part of its surface get no placements."""
+
 
 def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | None:
     """Return the hand, or None after noting what is wrong with it."""
     chosen = model.fingers.placements
     labels = face_labels(body)
-    names = labels if isinstance(chosen.faces, str) else [str(face) for face in chosen.faces]
+    names = _faces(model, body, labels)
     total = chosen.grid[0] * chosen.grid[1] * len(names)
     if total > MAX_PLACEMENTS:
         wanted = f"gives {total} placements, more than {MAX_PLACEMENTS}; use a coarser grid"
@@ -31,7 +37,10 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
             notes.wrong(("fingers", "placements", "faces", i), name, wanted)
     if notes.problems:
         return None
-    table = placements(body, (chosen.grid[0], chosen.grid[1]), names)
+    margin = chosen.margin
+    if margin is None:
+        margin = MESH_MARGIN * body.diagonal if model.object.shape.mesh is not None else 0.0
+    table = placements(body, (chosen.grid[0], chosen.grid[1]), names, margin)
     n = model.fingers.count
     return Fingers(
         radius=np.array(per_finger(model.fingers.radius, n)),
@@ -40,6 +49,22 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
         placements=table,
         start=_hand(model, "start", table, notes),
         goal=_hand(model, "goal", table, notes),
+    )
+
+
+def _faces(model: ScenarioModel, body: Body, labels: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the faces with placements."""
+    chosen = model.fingers.placements
+    if not isinstance(chosen.faces, str):
+        return tuple(str(face) for face in chosen.faces)
+    least = chosen.smallest_face
+    if least is None:
+        least = MESH_SMALLEST_FACE if model.object.shape.mesh is not None else 0.0
+    if least == 0.0:
+        return labels
+    areas = face_areas(body)
+    return tuple(
+        label for label, area in zip(labels, areas, strict=True) if area >= least * areas.sum()
     )
 
 

@@ -45,9 +45,10 @@ def read(name: str | os.PathLike[str]) -> Document:
     if not is_path:
         shipped_file = _shipped().get(text)
         if shipped_file is not None:
-            return parse(shipped_file.read_text(encoding="utf-8"), str(shipped_file))
+            text, file = shipped_file.read_text(encoding="utf-8"), Path(str(shipped_file))
+            return _beside(parse(text, str(file)), file)
     if is_path or os.path.exists(text):
-        return parse(_file_text(Path(text)), text)
+        return _beside(parse(_file_text(Path(text)), text), Path(text))
     names = [*shipped(), *random_names()]
     raise ScenarioError(
         [
@@ -55,6 +56,12 @@ def read(name: str | os.PathLike[str]) -> Document:
             f"shipped: {', '.join(names)}"
         ]
     )
+
+
+def _beside(document: Document, file: Path) -> Document:
+    """Return ``document``, the files it names looked for beside ``file``."""
+    document.folder = file.parent
+    return document
 
 
 def shipped() -> tuple[str, ...]:

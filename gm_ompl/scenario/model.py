@@ -25,6 +25,7 @@ from gm_ompl.scenario.fields import (
     PositiveVector,
     Strict,
     Text,
+    Triangle,
     Vector,
     Whole,
 )
@@ -42,13 +43,44 @@ def _word_or(tag: str) -> Discriminator:
     return Discriminator(lambda value: "<word>" if isinstance(value, str) else tag)
 
 
+class BoxModel(Strict):
+    """An axis-parallel box between two corners."""
+
+    min: Vector
+    max: Vector
+
+
+class MeshModel(Strict):
+    """A closed triangle mesh in the scenario itself."""
+
+    vertices: Points
+    faces: Annotated[tuple[Triangle, ...], Field(min_length=4)]
+
+
+MeshOrFile: TypeAlias = Annotated[
+    Annotated[Text, Tag("<word>")] | Annotated[MeshModel, Tag("<mesh>")],
+    _word_or("<mesh>"),
+]
+
+
+class PartModel(Strict):
+    """One convex piece of a shape: exactly one of ``box``, ``hull``."""
+
+    box: BoxModel | None = None
+    hull: Points | None = None
+
+
+Parts: TypeAlias = Annotated[tuple[PartModel, ...], Field(min_length=1, max_length=64)]
+
+
 class Shape(Strict):
-    """The object's shape: exactly one of ``box``, ``hull``, ``mesh``."""
+    """The object's shape: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
 
     box: PositiveVector | None = Field(None, description="size along x, y, z; centred")
     hull: Points | None = Field(None, description="points whose convex hull is the shape")
-    mesh: Text | None = Field(None, description="a mesh file (not supported yet)")
-    scale: Positive | None = Field(None, description="factor from the mesh's units")
+    mesh: MeshOrFile | None = Field(None, description="an STL, OBJ or PLY file, or a mesh itself")
+    scale: Positive | None = Field(None, description="factor from the mesh file's units")
+    pieces: Parts | None = Field(None, description="convex pieces that do not overlap")
 
 
 class ObjectModel(Strict):
@@ -99,6 +131,11 @@ class PlacementsModel(Strict):
         | Annotated[tuple[FaceName, ...], Field(min_length=1), Tag("<list>")],
         _word_or("<list>"),
     ] = "all"
+    margin: NotNegative | None = Field(default=None, description="least distance from a face's rim")
+    smallest_face: Annotated[NotNegative, Field(lt=1)] | None = Field(
+        default=None,
+        description="faces with less than this part of the surface get no placements",
+    )
 
 
 class FingersModel(Strict):
@@ -112,20 +149,14 @@ class FingersModel(Strict):
     goal: Hand = "any"
 
 
-class BoxModel(Strict):
-    """An axis-parallel box in the world."""
-
-    min: Vector
-    max: Vector
-
-
 class ObstacleModel(Strict):
-    """A fixed body: exactly one of ``box``, ``hull``, ``mesh``."""
+    """A fixed body: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
 
     box: BoxModel | None = None
     hull: Points | None = None
-    mesh: Text | None = Field(None, description="a mesh file (not supported yet)")
-    scale: Positive | None = Field(None, description="factor from the mesh's units")
+    mesh: MeshOrFile | None = Field(None, description="an STL, OBJ or PLY file, or a mesh itself")
+    scale: Positive | None = Field(None, description="factor from the mesh file's units")
+    pieces: Parts | None = Field(None, description="convex pieces")
 
 
 class EnvironmentModel(Strict):
@@ -232,6 +263,10 @@ class MechanicsModel(Strict):
     directions: Literal[76] = 76
     z_min: Positive = 0.5
     backend: Literal["kernel", "highs"] = "kernel"
+    patch_points: Annotated[Whole, Field(ge=0, le=8)] | None = Field(
+        default=None,
+        description="how finely contact patches are filled with points where they turn",
+    )
 
 
 class CostModel(Strict):

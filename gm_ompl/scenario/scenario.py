@@ -17,6 +17,7 @@ from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
 from gm_ompl.scenario.model import ExpectModel, ScenarioModel
 from gm_ompl.scenario.overrides import apply_overrides
+from gm_ompl.scenario.shapes import with_meshes
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,7 @@ class Scenario:
         problems += mistakes
         if problems or model is None:
             raise ScenarioError(list(dict.fromkeys(problems)))
+        model = with_meshes(model, document)
         return cls(model, document, build_problem(model, document))
 
     @classmethod

@@ -99,10 +99,17 @@ PATH_CASES = [
     Bad("90 deg", "-90 deg", 20, "motion.path.0.tumble.angle", "change towards"),
     Bad("90 deg", "0 deg", 20, "motion.path.0.tumble.angle", "> 0 deg"),
     # Shapes, walls, poses.
-    Bad("{box: [5, 5, 10]}", "{}", 4, "object.shape", "exactly one of box, hull, mesh"),
+    Bad("{box: [5, 5, 10]}", "{}", 4, "object.shape", "exactly one of box, hull, mesh, pieces"),
     Bad("{box: [5", "{mesh: a.stl, box: [5", 4, "object.shape", "given: box and mesh"),
-    Bad("{box: [5, 5, 10]}", "{mesh: a.stl}", 4, "object.shape.mesh", "not supported yet"),
-    Bad("10]}", "10], scale: 2}", 4, "object.shape.scale", "only for a mesh"),
+    Bad("{box: [5, 5, 10]}", "{mesh: a.stl}", 4, "object.shape.mesh", "no such file"),
+    Bad("{box: [5, 5, 10]}", "{mesh: a.dxf}", 4, "object.shape.mesh", "ends in .stl, .obj, .ply"),
+    Bad("{box: [5, 5, 10]}", "{mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "
+        "faces: [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4]]}}", 4, "object.shape",
+        "names vertex 4"),
+    Bad("{box: [5, 5, 10]}", "{pieces: [{box: {min: [0, 0, 0], max: [2, 2, 2]}}, "
+        "{box: {min: [1, 1, 1], max: [3, 3, 3]}}]}", 4, "object.shape", "overlap"),
+    Bad("{box: [5, 5, 10]}", "{pieces: [{}]}", 4, "object.shape.pieces.0", "one of box, hull"),
+    Bad("10]}", "10], scale: 2}", 4, "object.shape.scale", "only for a mesh file"),
     Bad("{box: [5, 5, 10]}", "{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}", 4, "object.shape.hull",
         "at least 4 entries, has 3"),
     Bad("{box: [5, 5, 10]}", "{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}", 4,

@@ -34,10 +34,9 @@ def main() -> int:
         parser.error(
             f"no such count: {', '.join(unknown)}; there are: {', '.join(counting.REGISTRY)}"
         )
-    code = counting.source_hash(ROOT / "gm_ompl")
     failed = 0
     for name in options.names or sorted(counting.REGISTRY):
-        store = counting.Store(RESULTS / f"{name}.jsonl", code)
+        store = store_of(name)
         records = counting.run(
             counting.REGISTRY[name], store, processes=options.processes, limit=options.limit
         )
@@ -46,17 +45,19 @@ def main() -> int:
         sys.stdout.write(f"{name}: {len(records) - len(bad)} of {len(records)} do not fail\n")
         sys.stdout.writelines(f"  {line}\n" for line in bad)
     if options.limit is None:
-        write_page(code)
+        write_page()
     return 1 if failed else 0
 
 
-def write_page(code: str) -> None:
+def store_of(name: str) -> counting.Store:
+    """Return the results of a count under the present sources."""
+    code = counting.source_hash(counting.REGISTRY[name].file, ROOT)
+    return counting.Store(RESULTS / f"{name}.jsonl", code)
+
+
+def write_page() -> None:
     """Write the table of everything that the present sources have results for."""
-    results = {
-        name: records
-        for name in counting.REGISTRY
-        if (records := counting.Store(RESULTS / f"{name}.jsonl", code).read())
-    }
+    results = {name: records for name in counting.REGISTRY if (records := store_of(name).read())}
     if results:
         TABLE.write_text(HEADER + counting.table(results))
 

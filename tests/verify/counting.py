@@ -9,17 +9,20 @@ A count is a function of an instance number, registered in a file ``tests/verify
         return Result(holds=gap <= 1e-6, worst=gap, note=f"seed {instance}")
 
 Each instance's result is one line of ``build/verify/NAME.jsonl``, written when it is known; a
-second call does the instances that have no line yet. Lines carry a hash of the project's sources,
-and only those of the present sources count.
+second call does the instances that have no line yet. Lines carry a hash of the sources that the
+count reaches by imports, and only those of the present sources count.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
+import inspect
 import json
 import statistics
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
@@ -38,12 +41,14 @@ class Result:
         worst: a number whose largest value the table shows (an error, a ratio), if any.
         note: what a reader needs to find the instance again where the claim fails.
         marginal: whether the instance is too close to call; counted apart, never as holding.
+        outcome: one of a few words that say how it ended; the table counts each.
     """
 
     holds: bool
     worst: float | None = None
     note: str = ""
     marginal: bool = False
+    outcome: str = ""
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,11 @@ class Count:
     claim: str
     instances: int
     function: Callable[[int], Result]
+
+    @property
+    def file(self) -> Path:
+        """The file that defines it."""
+        return Path(inspect.getfile(self.function)).resolve()
 
 
 REGISTRY: dict[str, Count] = {}
@@ -71,12 +81,38 @@ def count(instances: int) -> Callable[[Callable[[int], Result]], Callable[[int],
     return register
 
 
-def source_hash(folder: Path) -> str:
-    """Return a short hash of all Python sources under ``folder``."""
+def source_hash(file: Path, root: Path) -> str:
+    """Return a short hash of ``file`` and of all the project's sources that it reaches.
+
+    Reached are the modules of ``gm_ompl`` and ``tests`` below ``root`` that are imported by it,
+    or by those, at whatever depth; a change elsewhere leaves a count's results standing.
+    """
+    reached, waiting = {file}, [file]
+    while waiting:
+        for path in _imports(waiting.pop(), root) - reached:
+            reached.add(path)
+            waiting.append(path)
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    for path in sorted(reached):
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:12]
+
+
+def _imports(file: Path, root: Path) -> set[Path]:
+    """Return the project's files that one file imports, inside functions too."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            names.add(node.module)
+            names.update(f"{node.module}.{alias.name}" for alias in node.names)
+    files: set[Path] = set()
+    for name in names:
+        if name.split(".")[0] in ("gm_ompl", "tests"):
+            path = root.joinpath(*name.split("."))
+            files.update(p for p in (path.with_suffix(".py"), path / "__init__.py") if p.exists())
+    return files
 
 
 @dataclass(frozen=True)
@@ -154,8 +190,8 @@ def _records(name: str, instances: Sequence[int], processes: int) -> Iterable[Re
 def table(results: dict[str, dict[int, Record]]) -> str:
     """Return the Markdown table of all counts that have results."""
     lines = [
-        "| count | claim | instances | hold | fail | marginal | worst | median s |",
-        "|---|---|---|---|---|---|---|---|",
+        "| count | claim | instances | hold | fail | marginal | worst | median s | outcomes |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, records in sorted(results.items()):
         rows = list(records.values())
@@ -166,9 +202,16 @@ def table(results: dict[str, dict[int, Record]]) -> str:
         seconds = statistics.median(row["seconds"] for row in rows)
         lines.append(
             f"| {name} | {REGISTRY[name].claim} | {len(rows)} | {hold} | "
-            f"{len(rows) - hold - marginal} | {marginal} | {worst} | {seconds:.3g} |"
+            f"{len(rows) - hold - marginal} | {marginal} | {worst} | {seconds:.3g} | "
+            f"{_outcomes(rows)} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def _outcomes(rows: Sequence[Record]) -> str:
+    """Return how often each outcome came, the commonest first."""
+    counts = Counter(row["outcome"] for row in rows if row.get("outcome"))
+    return ", ".join(f"{number} {outcome}" for outcome, number in counts.most_common())
 
 
 def failures(records: dict[int, Record]) -> list[str]:

@@ -68,3 +68,18 @@ def test_an_exception_is_a_failure_and_a_marginal_instance_is_neither(tmp_path: 
     assert len(bad) == 1
     assert "ValueError: one" in bad[0]
     assert "| 3 | 1 | 1 | 1 |" in counting.table({"shaky": records})
+
+
+def test_only_reached_sources_count(tmp_path: Path) -> None:
+    """A count's hash changes with what it imports, at any depth, and with nothing else."""
+    package = tmp_path / "gm_ompl"
+    package.mkdir()
+    for name, text in (("a", "from gm_ompl import b"), ("b", "x = 1"), ("c", "y = 1")):
+        (package / f"{name}.py").write_text(text)
+    file = tmp_path / "count_it.py"
+    file.write_text("def f():\n    from gm_ompl.a import b\n")
+    before = counting.source_hash(file, tmp_path)
+    (package / "c.py").write_text("y = 2")
+    assert counting.source_hash(file, tmp_path) == before
+    (package / "b.py").write_text("x = 2")
+    assert counting.source_hash(file, tmp_path) != before

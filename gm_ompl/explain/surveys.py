@@ -1,0 +1,112 @@
+"""Many sets of placements at once: what blocks how many of them, and which came furthest."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from gm_ompl.arrays import BoolArray
+from gm_ompl.explain.values import FacesLine, SetLine, Survey
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.verdict import Finding
+from gm_ompl.graph.goals import restricted
+from gm_ompl.graph.sets import PlacementSets, placement_sets
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.problem import Placements, Problem
+
+COUNTED = 300_000
+"""Sets at one configuration that are all listed; of larger hands' sets some are drawn."""
+
+CLOSEST = 3
+"""Sets shown one by one."""
+
+Scored = tuple[Placements, Finding | None, float | None, float]
+"""A set, what blocks it first (None where nothing does), z / z_min there, how far it came."""
+
+
+def sets_at(
+    problem: Problem,
+    judge: Judge,
+    q: Coordinates,
+    required: tuple[int | None, ...],
+    samples: int,
+    rng: np.random.Generator,
+) -> tuple[list[Placements], int | None]:
+    """Return at most ``samples`` sets valid at ``q``, and how many there are (None: unknown)."""
+    geometry = judge.node(q)
+    if not geometry.object_free:
+        return [], 0
+    allowed = restricted(geometry.free, required)
+    listed = placement_sets(problem.fingers.groups(), allowed, judge.clear, COUNTED)
+    if listed is None:
+        return _drawn(problem, judge, allowed, samples, rng), None
+    if len(listed) > samples:
+        chosen = np.sort(rng.choice(len(listed), samples, replace=False))
+        return [tuple(listed[k].tolist()) for k in chosen], len(listed)
+    return [tuple(row) for row in listed.tolist()], len(listed)
+
+
+def _drawn(
+    problem: Problem,
+    judge: Judge,
+    allowed: tuple[BoolArray, ...],
+    samples: int,
+    rng: np.random.Generator,
+) -> list[Placements]:
+    """Return different random sets, drawn finger by finger."""
+    canonical = PlacementSets(problem.fingers.groups()).canonical
+    rows = [np.flatnonzero(mask) for mask in allowed]
+    found: dict[Placements, None] = {}
+    if not all(len(choices) for choices in rows):
+        return []
+    for _ in range(50 * samples):
+        drawn = tuple(int(rng.choice(choices)) for choices in rows)
+        if judge.apart(drawn):
+            found[canonical(drawn)] = None
+        if len(found) == samples:
+            break
+    return list(found)
+
+
+def survey(
+    problem: Problem,
+    where: str,
+    possible: int | None,
+    scored: Sequence[Scored],
+    describe: Callable[[Placements], SetLine],
+) -> Survey:
+    """Return the counts of judged sets and a description of those that came furthest."""
+    table = problem.fingers.placements
+    by_faces: dict[tuple[str, ...], list[Scored]] = {}
+    for entry in scored:
+        labels = (table.labels[int(table.face[row])] for row in entry[0])
+        by_faces.setdefault(tuple(sorted(labels)), []).append(entry)
+    faces = [
+        FacesLine(
+            faces=key,
+            sets=len(group),
+            holding=sum(finding is None for _, finding, _, _ in group),
+            findings=_counts(group),
+            ratio=max((r for _, _, r, _ in group if r is not None), default=None),
+        )
+        for key, group in by_faces.items()
+    ]
+    faces.sort(key=lambda line: (-line.holding, -(line.ratio or 0.0), line.faces))
+    nearest = sorted(scored, key=lambda entry: (-entry[3], -(entry[2] or 0.0), entry[0]))
+    return Survey(
+        where=where,
+        possible=possible,
+        judged=len(scored),
+        sampled=possible is None or possible > len(scored),
+        holding=sum(finding is None for _, finding, _, _ in scored),
+        findings=_counts(scored),
+        faces=tuple(faces),
+        closest=tuple(describe(entry[0]) for entry in nearest[:CLOSEST]),
+    )
+
+
+def _counts(scored: Sequence[Scored]) -> dict[str, int]:
+    counts = Counter(finding.name.lower() for _, finding, _, _ in scored if finding is not None)
+    return dict(counts.most_common())

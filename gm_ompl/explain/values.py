@@ -1,0 +1,199 @@
+"""What an explanation says, as values: they become JSON or lines of text."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from gm_ompl.feasibility.verdict import Finding
+
+
+@dataclass(frozen=True)
+class ModeLine:
+    """One combination of modes at an instant.
+
+    Attributes:
+        modes: per finger that touches.
+        internal_force: whether Problem (5) rules it out.
+        z: its margin with the best f_com; None where it is ruled out or not in equilibrium.
+        f_com: per finger, None under position control; empty where ``z`` is None.
+    """
+
+    modes: tuple[str, ...]
+    internal_force: bool
+    z: float | None
+    f_com: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class InstantLine:
+    """One instant for one set of placements.
+
+    Attributes:
+        q: object coordinates.
+        direction: of the object's motion; None at rest.
+        finding: what blocks it, or that it holds.
+        blocked_by: what penetrates what.
+        z: the best margin; None where geometry, Problem (5) or equilibrium fails.
+        ratio: z / z_min; 0 without equilibrium, None where it is not known.
+        limit: in words, the disturbance that limits z.
+        modes: every combination of modes, where geometry holds.
+    """
+
+    q: tuple[float, ...]
+    direction: tuple[float, ...] | None
+    finding: Finding
+    blocked_by: tuple[str, ...] = ()
+    z: float | None = None
+    ratio: float | None = None
+    limit: str | None = None
+    modes: tuple[ModeLine, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Part of a path along which one finding blocks a set of placements.
+
+    Attributes:
+        first: least coordinate judged there.
+        last: greatest coordinate judged there.
+        finding: what blocks it.
+        blocked_by: what penetrates what.
+        ratio: least z / z_min.
+    """
+
+    first: float
+    last: float
+    finding: Finding
+    blocked_by: tuple[str, ...]
+    ratio: float | None
+
+
+@dataclass(frozen=True)
+class SetLine:
+    """One set of placements along the whole motion.
+
+    Attributes:
+        placements: per finger, "FACE:[i, j]".
+        holds: whether it holds from start to goal.
+        forward: the first instant that fails from the start on; None where none does.
+        backward: the first that fails coming back from the goal; None where none does.
+        stretches: all that fails along a path; empty in the plane.
+        ratio: least z / z_min where geometry holds; None where nothing was judged.
+        lifts: at the last node before ``forward``, per finger, z / z_min of the others at rest.
+        nodes_from_start: in the plane, nodes reached from the start without regrasping.
+        nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
+    """
+
+    placements: tuple[str, ...]
+    holds: bool
+    forward: InstantLine | None
+    backward: InstantLine | None
+    stretches: tuple[Stretch, ...] = ()
+    ratio: float | None = None
+    lifts: tuple[float | None, ...] = ()
+    nodes_from_start: int | None = None
+    nodes_to_goal: int | None = None
+
+
+@dataclass(frozen=True)
+class FacesLine:
+    """All judged sets on the same faces.
+
+    Attributes:
+        faces: of the fingers, in order.
+        sets: how many were judged.
+        holding: how many hold.
+        findings: how many each finding blocks first.
+        ratio: largest z / z_min where they are blocked.
+    """
+
+    faces: tuple[str, ...]
+    sets: int
+    holding: int
+    findings: dict[str, int]
+    ratio: float | None
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Many sets of placements, judged from one end of the motion, or at one instant.
+
+    Attributes:
+        where: "start", "goal" or "at".
+        possible: sets whose fingertips do not penetrate anything there; None if too many to count.
+        judged: how many of them were judged.
+        sampled: whether that is a random sample.
+        holding: how many hold.
+        findings: how many each finding blocks first.
+        faces: the same by faces.
+        closest: those that came furthest, best first.
+    """
+
+    where: str
+    possible: int | None
+    judged: int
+    sampled: bool
+    holding: int
+    findings: dict[str, int]
+    faces: tuple[FacesLine, ...]
+    closest: tuple[SetLine, ...]
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """A change of the scenario that was tried.
+
+    Attributes:
+        change: as for ``--set``.
+        helps: whether it was verified to help.
+        evidence: how.
+    """
+
+    change: str
+    helps: bool
+    evidence: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why there is no plan, or none through there.
+
+    Attributes:
+        scenario: its name.
+        z_min: the threshold.
+        verdict: one sentence.
+        search: how a search of limited time ended; None where none was asked.
+        instants: the given placements at the given coordinates.
+        placements: the given placements along the motion.
+        surveys: over many sets, where no placements were given.
+        remedies: what was tried.
+    """
+
+    scenario: str
+    z_min: float
+    verdict: str
+    search: str | None = None
+    instants: tuple[InstantLine, ...] = ()
+    placements: SetLine | None = None
+    surveys: tuple[Survey, ...] = ()
+    remedies: tuple[Remedy, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain lists, mappings, numbers and text, no infinity among them."""
+        tree: dict[str, Any] = _plain(dataclasses.asdict(self))
+        return tree
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Finding):
+        return value.name.lower()
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

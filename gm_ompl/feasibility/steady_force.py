@@ -1,0 +1,172 @@
+"""Commanded forces along a plan: the least total change that costs (almost) no stability.
+
+For given modes z(f_com) is concave, so the f_com that keep it near its best form a convex set per
+instant; the total change sum |f_com(k+1) - f_com(k)| over all instants and fingers is a linear
+objective. The sets are only known through cuts z <= c + slopes . f_com: one linear program for the
+whole plan is solved again and again, a cut added wherever its answer is not stable enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.mechanics.alternatives import Alternatives
+
+ROUNDS = 40
+"""Linear programs per plan; instants not settled by then keep the f_com that is best for z."""
+
+
+@dataclass(eq=False)
+class Command:
+    """f_com at an instant (or at a run of equal ones), to be chosen.
+
+    Attributes:
+        alternatives: of the instant.
+        decision: the modes, and the best f_com for them.
+        fingers: of the hand, those that touch.
+        least: z must not fall below this.
+        aim: the cuts ask for this, a little more.
+        limits: f_max of the force-controlled fingers.
+    """
+
+    alternatives: Alternatives
+    decision: ModeDecision
+    fingers: tuple[int, ...]
+    least: float
+    aim: float
+    limits: Array
+    cuts: list[tuple[float, Array]] = field(default_factory=list)
+    settled: tuple[Array, float] | None = None
+
+    @property
+    def forced(self) -> tuple[int, ...]:
+        """The fingers of the hand that are force-controlled."""
+        return tuple(
+            finger
+            for finger, mode in zip(self.fingers, self.decision.modes, strict=True)
+            if mode is ControlMode.FORCE
+        )
+
+    @property
+    def best(self) -> Array:
+        """The best f_com of the force-controlled fingers."""
+        return np.array([f for f in self.decision.f_com if f is not None], dtype=np.float64)
+
+    def try_at(self, f_com: Array) -> None:
+        """Settle on ``f_com`` where it is stable enough, else learn a cut."""
+        self.settled = None
+        found = self.alternatives.at(self.decision.modes, f_com)
+        if found is None:
+            return
+        z, c, slopes = found
+        if z >= self.least:
+            self.settled = f_com, z
+        else:
+            self.cuts.append((c, slopes))
+
+    def chosen(self) -> ModeDecision:
+        """Return the decision with the f_com settled on; the best one where there is none."""
+        if self.settled is None:
+            return self.decision
+        f_com, z = self.settled
+        left = iter(f_com.tolist())
+        commands = tuple(None if f is None else float(next(left)) for f in self.decision.f_com)
+        return ModeDecision(
+            self.decision.outcome, float(z), self.decision.modes, commands, self.decision.direction
+        )
+
+
+def least_change(commands: Sequence[Command]) -> list[ModeDecision]:
+    """Choose f_com at every instant so that its total change is least."""
+    best = [command.decision for command in commands]
+    program = _Program(commands)
+    if not program.changes(np.concatenate([command.best for command in commands])):
+        return best
+    for _ in range(ROUNDS):
+        f = program.solve()
+        if f is None:
+            return best
+        for command, part in zip(commands, program.parts(f), strict=True):
+            if len(part) and (
+                command.settled is None or not np.array_equal(part, command.settled[0])
+            ):
+                command.try_at(part)
+        if all(command.settled is not None or not command.forced for command in commands):
+            break
+    chosen = [command.chosen() for command in commands]
+    f = np.array([x for decision in chosen for x in decision.f_com if x is not None])
+    before = np.concatenate([command.best for command in commands])
+    return chosen if program.changes(f) < program.changes(before) else best
+
+
+class _Program:
+    """min sum |change| over all f_com, under the cuts known so far."""
+
+    def __init__(self, commands: Sequence[Command]) -> None:
+        self._commands = commands
+        self._firsts = np.cumsum([0, *(len(command.forced) for command in commands)])
+        self._limits = np.concatenate([command.limits for command in commands])
+        pairs = []
+        for k in range(len(commands) - 1):
+            before, after = commands[k].forced, commands[k + 1].forced
+            pairs += [
+                (self._firsts[k] + before.index(i), self._firsts[k + 1] + after.index(i))
+                for i in before
+                if i in after
+            ]
+        self._pairs = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+    def changes(self, f: Array) -> float:
+        """Return the total change."""
+        return float(np.abs(f[self._pairs[:, 1]] - f[self._pairs[:, 0]]).sum())
+
+    def parts(self, f: Array) -> list[Array]:
+        """Return f_com per instant."""
+        return [f[a:b] for a, b in zip(self._firsts, self._firsts[1:], strict=False)]
+
+    def solve(self) -> Array | None:
+        """Return the f_com of least change under the cuts; None where the solver gives up."""
+        # Imported late: most plans need no such program, and scipy takes a while to load.
+        from scipy import sparse
+        from scipy.optimize import linprog
+
+        F, M = len(self._limits), len(self._pairs)
+        unit = float(self._limits.max())
+        rows, values, bounds = [], [], []
+        for k, command in enumerate(self._commands):
+            for c, slopes in command.cuts:
+                # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
+                size = max(command.aim, 1e-3 * unit)
+                row = np.zeros(F)
+                row[self._firsts[k] : self._firsts[k + 1]] = -slopes * unit / size
+                rows.append(row)
+                bounds.append((c - command.aim) / size)
+        step = sparse.csr_array(
+            (
+                np.tile([1.0, -1.0], M),
+                (np.repeat(np.arange(M), 2), self._pairs[:, ::-1].ravel()),
+            ),
+            shape=(M, F),
+        )
+        eye = sparse.eye_array(M)
+        values = [sparse.hstack([step, -eye]), sparse.hstack([-step, -eye])]
+        if rows:
+            values.append(sparse.csr_array(np.hstack([np.array(rows), np.zeros((len(rows), M))])))
+        result = linprog(
+            np.concatenate([np.zeros(F), np.ones(M)]),
+            A_ub=sparse.csr_array(sparse.vstack(values)),
+            b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
+            bounds=np.stack(
+                [np.zeros(F + M), np.concatenate([self._limits / unit, np.full(M, np.inf)])], axis=1
+            ),
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-9},
+        )
+        if result.x is None:
+            return None
+        f: Array = np.clip(result.x[:F] * unit, 0.0, self._limits)
+        return f

@@ -1,0 +1,72 @@
+"""Meshes read from files: the door to trimesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.errors import GeometryError, did_you_mean
+from gm_ompl.geometry.triangles import TriangleMesh, checked
+
+SUFFIXES = (".stl", ".obj", ".ply")
+"""The formats that are read."""
+
+MAX_BYTES = 50 * 1024 * 1024
+"""Larger files are refused unread: no mesh within ``MAX_FACES`` needs so much."""
+
+MAX_FACES = 20_000
+"""A mesh with more triangles is refused: plan files carry every one of them."""
+
+
+def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
+    """Return the closed mesh in a file, its coordinates times ``scale``.
+
+    Vertices that coincide are joined, and triangles are turned outward where they are not.
+
+    Raises:
+        GeometryError: the file is missing or no mesh, or the mesh encloses no volume.
+    """
+    _check_file(path)
+    vertices, faces = _triangles(path)
+    return checked(vertices * scale, faces)
+
+
+def _check_file(path: Path) -> None:
+    if path.suffix.lower() not in SUFFIXES:
+        hint = did_you_mean(path.suffix.lower(), SUFFIXES)
+        raise GeometryError(f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}")
+    try:
+        if not path.is_file():
+            what = "is no ordinary file" if path.exists() else "no such file"
+            raise GeometryError(f"{path}: {what}; the path counts from the scenario's folder")
+        size = path.stat().st_size
+    except OSError as error:
+        raise GeometryError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if size > MAX_BYTES:
+        raise GeometryError(f"{path}: {size} bytes; a mesh has at most {MAX_BYTES // 2**20} MiB")
+
+
+def _triangles(path: Path) -> tuple[Array, IntArray]:
+    """Return vertices (v, 3) and triangles (t, 3), outward where that can be told."""
+    import trimesh  # heavy, and needed only where a scenario names a mesh file
+
+    try:
+        mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), process=True)
+    except Exception as error:  # trimesh raises whatever its parsers raise
+        reason = " ".join(str(error).split()) or type(error).__name__
+        kind = path.suffix[1:].upper()
+        raise GeometryError(f"{path}: is no {kind} mesh that can be read: {reason}") from None
+    if isinstance(mesh, trimesh.Scene):
+        mesh = mesh.to_mesh()
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        raise GeometryError(f"{path}: holds no triangles")
+    if len(mesh.faces) > MAX_FACES:
+        raise GeometryError(
+            f"{path}: {len(mesh.faces)} triangles; at most {MAX_FACES} are taken, simplify the mesh"
+        )
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    if not mesh.is_volume:
+        mesh.fix_normals()
+    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)

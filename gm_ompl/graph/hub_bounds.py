@@ -1,0 +1,171 @@
+"""Lower bounds on the cost from every hub, any number of regrasps ahead.
+
+One sweep bounds all arcs of all lanes by what is known, and then solves the shortest paths from
+all hubs to the goal in that optimistic graph: from a hub to a placement, along that lane, to the
+goal or to the next hub. It costs about as much as treating a few thousand lanes one by one, so it
+is made when a search has proved to be that hard.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.graph.lane_bounds import SHORTER, LaneTables, refresh
+from gm_ompl.graph.sets import LIFTED, Groups
+from gm_ompl.mechanics.cuts import CutTables
+from gm_ompl.problem import Placements
+
+THREADS = 2
+"""Lanes are shared out among so many threads: compiled code runs without the lock."""
+
+
+@compiled
+def bound_lanes(
+    sets: IntArray, lanes: LaneTables, cuts: CutTables, places: IntArray, known: Array,
+    costs: Array, d: Array,
+) -> None:  # fmt: skip
+    """Write the bounds of many lanes.
+
+    Args:
+        sets: (L, n), the lanes' placements.
+        lanes: the tables.
+        cuts: the cuts.
+        places: (L,), where a lane's decided margins stand in ``known``; 0 is all undecided.
+        known: (K, 2, N, P), decided margins.
+        costs: output (L, 2, N), see ``refresh``.
+        d: output (L, N + 1), see ``refresh``.
+    """
+    N, P = lanes.forward.shape
+    z = np.empty((2, N, P))
+    for i in range(sets.shape[0]):
+        refresh(sets[i], lanes, cuts, known[places[i]], z, costs[i], d[i])
+
+
+@compiled
+def lower_hubs(
+    sets: IntArray, ids: IntArray, lanes: LaneTables, costs: Array, d: Array, stable: BoolArray,
+    V: Array,
+) -> bool:  # fmt: skip
+    """Lower V (hubs, N + 1) by what each lane offers from its hubs; whether anything fell."""
+    L, n = sets.shape
+    N = costs.shape[2]
+    onward, fell = np.empty(N + 1), False
+    for i in range(L):
+        for c in range(N + 1):
+            onward[c] = np.inf
+            for k in range(n):
+                if V[ids[i, k], c] < np.inf:
+                    onward[c] = min(onward[c], lanes.X_regr + V[ids[i, k], c])
+            for k in range(n):
+                if not lanes.node_free[k, sets[i, k], c]:
+                    onward[c] = np.inf
+            onward[c] = min(onward[c], d[i, c])
+        for c in range(N - 1, -1, -1):
+            onward[c] = min(onward[c], onward[c + 1] + costs[i, 0, c])
+        for c in range(1, N + 1):
+            onward[c] = min(onward[c], onward[c - 1] + costs[i, 1, c - 1])
+        for k in range(n):
+            for c in range(N + 1):
+                if stable[ids[i, k], c] and onward[c] < V[ids[i, k], c] * SHORTER:
+                    V[ids[i, k], c] = onward[c]
+                    fell = True
+    return fell
+
+
+@final
+class HubBounds:
+    """The bounds of all hubs of a problem.
+
+    Args:
+        sets: (L, n), all canonical sets.
+        groups: the groups of interchangeable fingers.
+        placements: number of placements.
+        lanes: the tables.
+    """
+
+    def __init__(self, sets: IntArray, groups: Groups, placements: int, lanes: LaneTables) -> None:
+        self._lanes, self._groups, self._base = lanes, groups, placements + 1
+        self._sets = sets
+        self._codes, flat = np.unique(self._hub_codes(sets), return_inverse=True)
+        self._ids = np.ascontiguousarray(flat.reshape(sets.shape).astype(np.int64))
+        self._index = {int(code): i for i, code in enumerate(self._codes)}
+        self._rows = {row.tobytes(): i for i, row in enumerate(sets)}
+        self._stable = np.ones((len(self._codes), len(lanes.goal)), dtype=bool)
+        self.V = np.zeros(self._stable.shape)
+
+    def _hub_codes(self, sets: IntArray) -> IntArray:
+        """Return a number per lane and slot (L, n), equal where the hub is the same."""
+        codes = np.empty(sets.shape, dtype=np.int64)
+        for group in self._groups:
+            for slot in group:
+                hub = sets + 1
+                # Within the group the others close up and LIFTED (0) comes last.
+                others = [i for i in group if i != slot]
+                hub[:, list(group)] = np.concatenate(
+                    [sets[:, others] + 1, np.zeros((len(sets), 1), dtype=np.int64)], axis=1
+                )
+                codes[:, slot] = self._encode(hub)
+        return codes
+
+    def _encode(self, hub: IntArray) -> IntArray:
+        code = np.zeros(hub.shape[:-1], dtype=np.int64)
+        for i in range(hub.shape[-1]):
+            code = code * self._base + hub[..., i]
+        return code
+
+    def ids(self, sets: IntArray) -> IntArray:
+        """Return the hubs' rows in ``V`` for sets (L, n), as (L, n)."""
+        return np.ascontiguousarray(np.searchsorted(self._codes, self._hub_codes(sets)))
+
+    def row(self, hub: Placements) -> Array:
+        """Return the bounds (N + 1,) of a hub, given by its canonical placements."""
+        bounds: Array = self.V[self._number(hub)]
+        return bounds
+
+    def _number(self, hub: Placements) -> int:
+        code = 0
+        for row in hub:
+            code = code * self._base + (0 if row == LIFTED else row + 1)
+        return self._index[code]
+
+    def sweep(
+        self,
+        cuts: CutTables,
+        decided: dict[Placements, Array],
+        unstable: list[tuple[Placements, BoolArray]],
+    ) -> bool:
+        """Renew all bounds; whether any rose.
+
+        Args:
+            cuts: the cuts.
+            decided: margins (2, N, P) of the lanes of which some are decided.
+            unstable: per hub of which something is known, where its rest does not hold (N + 1,).
+        """
+        for hub, fails in unstable:
+            self._stable[self._number(hub)] &= ~fails
+        N, P = self._lanes.forward.shape
+        known = np.full((1 + len(decided), 2, N, P), np.inf)
+        places = np.zeros(len(self._sets), dtype=np.int64)
+        for place, (placements, margins) in enumerate(decided.items(), start=1):
+            known[place] = margins
+            places[self._rows[np.array(placements, dtype=np.int64).tobytes()]] = place
+        costs, d = np.empty((len(places), 2, N)), np.empty((len(places), N + 1))
+
+        def work(part: slice) -> None:
+            bound_lanes(
+                self._sets[part], self._lanes, cuts, places[part], known, costs[part], d[part]
+            )
+
+        cuts_at = np.linspace(0, len(places), THREADS + 1).astype(int)
+        with ThreadPoolExecutor(THREADS) as pool:
+            list(pool.map(work, map(slice, cuts_at, cuts_at[1:])))
+        V = np.full_like(self.V, np.inf)
+        while lower_hubs(self._sets, self._ids, self._lanes, costs, d, self._stable, V):
+            pass
+        before, self.V = self.V, np.maximum(self.V, V)
+        return bool(np.any(before < self.V))

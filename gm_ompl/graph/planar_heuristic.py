@@ -1,0 +1,152 @@
+"""A lower bound for planar motion: the object's own shortest way on its lattice."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.collision import Scene
+from gm_ompl.graph.goals import restricted
+from gm_ompl.graph.sets import LIFTED
+from gm_ompl.problem import Placements, Problem
+
+LEVELS = 16
+"""Distances are kept for so many distances of a fingertip from the yaw axis, rounded down."""
+
+MOST_NUMBERS = 8_000_000
+"""Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
+
+MOST_TESTED = 30_000
+"""On larger lattices the object counts as free everywhere: testing would outlast the search."""
+
+
+@final
+class PlanarHeuristic:
+    """Dominates (11): a fingertip follows lattice arcs, each along one coordinate.
+
+    A displacement arc costs at least its step in x or y, or what its outermost fingertip travels
+    in a step of yaw. So the object's shortest way on its lattice, past nodes at which it
+    penetrates something, bounds the rest of a plan without regrasping; with fingertips as near to
+    the yaw axis as any placement, and X_regr more, a plan with one. A finger blocked at every
+    goal needs a regrasp.
+
+    Args:
+        problem: the problem; its motion is planar.
+        judge: its judge.
+        goals: the goal's nodes; at least one.
+    """
+
+    def __init__(self, problem: Problem, judge: Judge, goals: tuple[int, ...]) -> None:
+        hand, self._X_regr = problem.fingers, problem.cost.regrasp
+        reach = [np.linalg.norm(judge.centres(i)[:, :2], axis=1) for i in range(hand.count)]
+        low = min((float(r.min()) for r in reach if len(r)), default=0.0)
+        high = max((float(r.max()) for r in reach if len(r)), default=0.0)
+        count = max(1, min(LEVELS, MOST_NUMBERS // problem.lattice.size))
+        levels = np.linspace(low, high, count, endpoint=False)
+        self._level: list[IntArray] = [
+            np.searchsorted(levels, r, side="right").clip(1) - 1 for r in reach
+        ]
+        self._level_lists = [level.tolist() for level in self._level]
+        self._distance = _distances(problem, goals, levels)
+        self._blocked = _blocked(problem, judge, goals)
+        self._blocked_lists = [mask.tolist() for mask in self._blocked]
+
+    def estimate(self, config: int, placements: Placements) -> float:
+        """Return the bound for a node; +inf where the object cannot reach the goal."""
+        regrasps, level = 0, 0
+        for i, row in enumerate(placements):
+            if row == LIFTED:
+                continue
+            if self._blocked_lists[i][row]:
+                regrasps += 1
+            level = max(level, self._level_lists[i][row])
+        column = self._distance[config]
+        nearest = float(column[0])
+        if regrasps:
+            return regrasps * self._X_regr + nearest
+        return min(float(column[level]), self._X_regr + nearest)
+
+    def finger_estimates(self, config: int) -> tuple[Array, ...]:
+        """Return per finger (P,) the bound where it alone touches the object."""
+        column = self._distance[config]
+        with_one = self._X_regr + float(column[0])
+        return tuple(
+            np.where(mask, with_one, np.minimum(column[level], with_one))
+            for mask, level in zip(self._blocked, self._level, strict=True)
+        )
+
+
+def _distances(problem: Problem, goals: tuple[int, ...], levels: Array) -> Array:
+    """Return the object's least cost from every lattice node to the nearest goal, (size, levels).
+
+    Per level, fingertips are that far from the yaw axis.
+    """
+    lattice, P = problem.lattice, problem.cost.samples_per_arc
+    free = _object_free(problem)
+    tails, heads, axis, steps = _edges(problem, free)
+    found = np.full((lattice.size, len(levels)), np.inf)
+    for k, level in enumerate(levels):
+        # Eq. (9) for a step of yaw: the chords of P equal segments.
+        costs = np.where(axis == 2, 2.0 * P * level * np.sin(steps / (2.0 * P)), steps)
+        # csgraph drops arcs of cost 0; a tip on the yaw axis does not move.
+        costs = np.maximum(costs, 1e-12 * problem.body.diagonal)
+        graph = coo_array((costs, (heads, tails)), shape=(lattice.size, lattice.size)).tocsr()
+        found[:, k] = dijkstra(graph, indices=list(goals), min_only=True)
+    # Sums along other paths differ by rounding: stay below them.
+    return found * (1.0 - 1e-9)
+
+
+def _edges(problem: Problem, free: BoolArray) -> tuple[IntArray, IntArray, IntArray, Array]:
+    """Return tail, head, coordinate and length of every step between free nodes."""
+    lattice = problem.lattice
+    numbers = np.arange(lattice.size).reshape(lattice.shape)
+    parts = []
+    for d, (values, period) in enumerate(zip(lattice.axes, lattice.periods, strict=True)):
+        tails, heads = np.moveaxis(numbers, d, 0)[:-1], np.moveaxis(numbers, d, 0)[1:]
+        lengths = np.broadcast_to(np.diff(values)[:, None, None], tails.shape)
+        parts.append((tails.ravel(), heads.ravel(), d, lengths.ravel()))
+        if period is not None and len(values) >= 3:
+            tails, heads = np.moveaxis(numbers, d, 0)[-1], np.moveaxis(numbers, d, 0)[0]
+            last = float(values[0]) + period - float(values[-1])
+            parts.append((tails.ravel(), heads.ravel(), d, np.full(tails.size, last)))
+    tails = np.concatenate([part[i] for i in (0, 1) for part in parts])
+    heads = np.concatenate([part[i] for i in (1, 0) for part in parts])
+    axis = np.concatenate([np.full(len(part[0]), part[2]) for part in parts] * 2)
+    lengths = np.concatenate([part[3] for part in parts] * 2)
+    kept = free[tails] & free[heads]
+    return tails[kept], heads[kept], axis[kept], lengths[kept]
+
+
+def _object_free(problem: Problem) -> BoolArray:
+    """Return at which lattice nodes the object penetrates nothing, (size,)."""
+    lattice, obstacles = problem.lattice, [o.body for o in problem.environment.obstacles]
+    if not obstacles or lattice.size > MOST_TESTED:
+        return np.ones(lattice.size, dtype=bool)
+    scene = Scene(problem.body, obstacles, floor=False)
+    return np.array([
+        scene.object_free(problem.motion.pose(lattice.coordinates(node)))
+        for node in range(lattice.size)
+    ])  # fmt: skip
+
+
+def _blocked(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> tuple[BoolArray, ...]:
+    """Return per finger (P,) the placements that are blocked at every goal node."""
+    hand = problem.fingers
+    blocked = [np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count)]
+    for node in goals:
+        geometry = judge.node(problem.lattice.coordinates(node))
+        for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
+            mask &= ~free
+    return tuple(blocked)
+
+
+def suits(problem: Problem) -> bool:
+    """Whether the bound applies: planar motion, on a lattice that fits in memory."""
+    planar = problem.motion.names == ("x", "y", "yaw")
+    return planar and math.prod(problem.lattice.shape) <= MOST_NUMBERS

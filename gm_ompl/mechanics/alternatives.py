@@ -1,0 +1,138 @@
+"""What else Sec. 3.4 could have chosen: other modes nearly as good, and other f_com.
+
+The best combination of modes is often one of several, and the best f_com a point of a range. A
+plan may choose among them what is easier to carry out.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.compilation import compiled
+from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.contact.state import Instant
+from gm_ompl.mechanics import modes
+from gm_ompl.mechanics.instant import DIRECTIONS, as_decision, as_mask, instant_columns
+from gm_ompl.mechanics.simplex import INFEASIBLE, SIDES, TROUBLE, start, worst_direction
+from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill, margin
+
+
+@compiled
+def commanded_margin(
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, f: Array,
+    slopes: Array,
+) -> tuple[int, float, float]:  # fmt: skip
+    """z of Problem (6) for given modes and given f_com, with a bound on it for every f_com.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        tips: (n, s, 6), the fingers' columns for unit normal force.
+        f_max: (n,), over force_scale, as all forces here.
+        force: (n,), who is force-controlled.
+        L: (76, 6), the directions.
+        f: (n,), f_com where force-controlled.
+        slopes: output (number of force-controlled fingers,).
+
+    Returns:
+        How it ended, z (-inf where some direction cannot be resisted), and the constant c of the
+        bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
+    """
+    e, n, s = len(env), len(tips), tips.shape[1]
+    m, N = 6 + n, 1 + e + n * s + n
+    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
+    basis, y = np.empty(m, dtype=np.int64), np.empty(m)
+    cost = fill(env, q, tips, f_max, force, f, raw)
+    start(raw, cost, L, T, d, basis, m, N)
+    end, direction, _ = worst_direction(T, d, basis, m, N, cost, np.inf, y)
+    if end == TROUBLE:
+        return FAILED, 0.0, 0.0
+    size, h = np.abs(y[:6]).max(), 0.0
+    if size <= 1e-13:
+        return UNBOUNDED, np.inf, np.inf
+    for t in range(6):
+        y[t] /= size
+        h += L[direction, t] * y[t]
+    c = cut(q, tips, f_max, force, y, slopes) / h
+    z, j = c, 0
+    for i in range(n):
+        if force[i]:
+            slopes[j] /= h
+            z += slopes[j] * f[i]
+            j += 1
+    return REACHED, -np.inf if end == INFEASIBLE else z, c
+
+
+@final
+class Alternatives:
+    """The choices at one instant; forces in the scenario's units.
+
+    Args:
+        instant: contacts, fingers, object.
+    """
+
+    def __init__(self, instant: Instant) -> None:
+        self._scale = instant.force_scale
+        self._env, self._q, self._tips, self._f_max = instant_columns(instant)
+
+    def modes(self, least: float) -> tuple[ModeDecision, ...]:
+        """Return every combination of modes that passes (5) with z >= ``least`` at its best f_com.
+
+        A finger that goes from position to force control can only lower z, so the search goes
+        down from the largest passing sets of position-controlled fingers and stops at those below
+        ``least``. Combinations on which the kernel gives up are left out.
+        """
+        passed = np.empty(1 << len(self._tips), dtype=np.int64)
+        passes = modes.passing_sets(self._env, self._tips, -1, passed)
+        waiting = [int(mask) for mask in passed[:passes]]
+        met, found = set(waiting), []
+        while waiting:
+            mask = waiting.pop()
+            decision = self._best_command(mask, least)
+            if decision is None:
+                continue
+            found.append(decision)
+            for i in range(len(self._tips)):
+                smaller = mask & ~(1 << i)
+                if smaller not in met:
+                    met.add(smaller)
+                    waiting.append(smaller)
+        return tuple(found)
+
+    def _best_command(self, mask: int, least: float) -> ModeDecision | None:
+        force, f, y = self._force(mask), np.zeros(len(self._tips)), np.zeros(6)
+        end, z, direction = margin(
+            self._env, self._q, self._tips, self._f_max, force, DIRECTIONS,
+            max(least / self._scale, 0.0), f, y,
+        )  # fmt: skip
+        if end != REACHED or z * self._scale < least:
+            return None
+        return as_decision(modes.STABLE, z * self._scale, direction, mask, f * self._scale)
+
+    def at(
+        self, chosen: tuple[ControlMode, ...], f_com: Array
+    ) -> tuple[float, float, Array] | None:
+        """Return (z, c, slopes) for given modes and f_com; None where the kernel gives up.
+
+        Args:
+            chosen: per finger.
+            f_com: (number of force-controlled fingers,).
+
+        Returns:
+            z at ``f_com``, and the bound z <= c + slopes . f_com that holds for every f_com.
+        """
+        force = self._force(as_mask(chosen))
+        f, slopes = np.zeros(len(force)), np.zeros(len(f_com))
+        f[force] = f_com / self._scale
+        end, z, c = commanded_margin(
+            self._env, self._q, self._tips, self._f_max, force, DIRECTIONS, f, slopes
+        )
+        return (z * self._scale, c * self._scale, slopes) if end == REACHED else None
+
+    def _force(self, mask: int) -> BoolArray:
+        force = np.zeros(len(self._tips), dtype=np.bool_)
+        modes.force_control(mask, force)
+        return force

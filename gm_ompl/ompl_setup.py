@@ -1,0 +1,97 @@
+"""For users of OMPL: a scenario as ``og.SimpleSetup``, and its solution as a Plan."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.api import ScenarioLike, load
+from gm_ompl.errors import InputError
+from gm_ompl.feasibility.backends import make_backend
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.plan.assemble import assemble
+from gm_ompl.plan.model import Plan
+from gm_ompl.planners.ompl_path import judged_anew
+from gm_ompl.planners.ompl_setup import HybridSetup, make_setup
+from gm_ompl.planners.ompl_soundness import refuse_unsound
+from gm_ompl.planners.registry import make_planner
+from gm_ompl.scenario.scenario import Scenario
+
+
+def setup(
+    scenario: ScenarioLike,
+    planner: str | None = None,
+    *,
+    seed: int = 0,
+    parameters: Mapping[str, Any] | None = None,
+) -> HybridSetup:
+    """Return a scenario as OMPL's ``og.SimpleSetup``, ready to be solved.
+
+    State space, state validity, directed motion validity, objective, start and goal are set.
+    Set any planner of OMPL that is sound for one-way motion, or name one here.
+
+    Args:
+        scenario: what to plan: a loaded scenario, a shipped name, or a file.
+        planner: any name that ``gm_ompl.plan`` takes; None is "RRTConnect".
+        seed: of OMPL's random numbers and ours. OMPL's are global: of two setups, the last counts.
+        parameters: the planner's own parameters.
+
+    Raises:
+        InputError: the scenario, the planner's name or a parameter is wrong.
+    """
+    if seed < 0:
+        raise InputError(f"seed: {seed}: must be a whole number >= 0")
+    searcher = make_planner(planner or "RRTConnect", parameters)
+    given = scenario if isinstance(scenario, Scenario) else load(scenario)
+    judge = Judge(given.problem, make_backend(given.problem))
+    rng = np.random.default_rng(seed)
+    return make_setup(judge, rng, searcher, seed, given.resolved())
+
+
+def plan_from(setup: HybridSetup) -> Plan:
+    """Return the plan that a solved setup has found.
+
+    Its path is expanded into moves and judged anew.
+
+    Args:
+        setup: made by ``gm_ompl.setup``.
+
+    Returns:
+        The plan, or why there is none: see ``Plan.status``.
+
+    Raises:
+        InputError: ``setup`` was not made by ``gm_ompl.setup``.
+        UnsoundPlannerError: its planner ignores that motions are one-way.
+        PathError: its path cannot be executed.
+    """
+    if not isinstance(setup, HybridSetup) or setup.scenario is None:
+        raise InputError("plan_from needs a setup made by gm_ompl.setup")
+    refuse_unsound(setup.getPlanner())
+    started, problem = time.monotonic(), setup.judge.problem
+    states = setup.solution()
+    moves = () if states is None else judged_anew(problem, states)
+    spent = setup.spent + time.monotonic() - started
+    ending = setup.ending()
+    statistics = {
+        "time_s": spent,
+        "expanded": setup.motions.asked,
+        "valid_motions": setup.motions.valid,
+        "mode_decisions": setup.judge.mode_decisions,
+        "history": [[spent, sum(move.cost for move in moves) if states else None, None]],
+        **ending.statistics,
+    }
+    return assemble(
+        problem,
+        setup.scenario,
+        moves,
+        status="solved" if states is not None else ending.status.value,
+        planner=setup.getPlanner().getName(),
+        statistics=statistics,
+        seed=setup.seed,
+        parameters=setup.parameters(),
+        optimal=ending.optimal,
+        lower_bound=ending.lower_bound,
+    )

@@ -1,0 +1,178 @@
+"""A problem as OMPL's SimpleSetup: space, validity, directed motions, objective, goal, planner."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, final
+
+import numpy as np
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.planners.ompl_adapter import PlainPlanner
+from gm_ompl.planners.ompl_configure import configure
+from gm_ompl.planners.ompl_planners import OmplPlanner
+from gm_ompl.planners.ompl_soundness import refuse_unsound
+from gm_ompl.planners.planner import Planner, SearchResult, Status
+from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.space.convert import Codec
+from gm_ompl.space.draws import StateDraws
+from gm_ompl.space.goal import GoalRegion
+from gm_ompl.space.guard import Guard
+from gm_ompl.space.layout import make_space
+from gm_ompl.space.motions import Motions
+from gm_ompl.space.objective import PlanCost
+from gm_ompl.space.planner_data import planner_data, tree_of
+from gm_ompl.space.projection import ObjectProjection
+from gm_ompl.space.validity import DirectedMotions, NodeValidity
+
+GOAL_STATES = 100
+"""Goal states that planners may draw; BITstar and FMT take all of them before they begin."""
+
+MAX_SEED = 2**31 - 1
+
+
+def seed_ompl(rng: np.random.Generator) -> None:
+    """Seed OMPL's generators, which are global; call it before space and planner are built."""
+    level = ou.getLogLevel()
+    ou.setLogLevel(ou.LogLevel.LOG_NONE)  # seeding twice is reported as an error, and works
+    ou.RNG.setSeed(int(rng.integers(1, MAX_SEED)))
+    ou.setLogLevel(level)
+
+
+@final
+class HybridSetup(og.SimpleSetup):
+    """OMPL's SimpleSetup for a manipulation problem, complete but for the planner.
+
+    Args:
+        judge: answers about the problem.
+        rng: of the states drawn in Python; OMPL's own generators are seeded from it, too.
+
+    Attributes:
+        judge: likewise.
+        codec: from OMPL's states to coordinates and placements, and back.
+        motions: what each motion consists of.
+        draws: random states.
+        guard: keeps exceptions from callbacks.
+        scenario: the scenario as resolved, or None; for ``plan_from``.
+        seed: what the setup was seeded with, or None.
+        spent: wall time of all runs [s].
+    """
+
+    def __init__(self, judge: Judge, rng: np.random.Generator) -> None:
+        seed_ompl(rng)
+        codec, guard = Codec(judge.problem), Guard()
+        space = make_space(judge.problem)
+        super().__init__(space)
+        self.judge, self.codec, self.guard = judge, codec, guard
+        self.motions = Motions(ContinuousModel(judge.problem, judge), codec.start)
+        self.draws = StateDraws(self.motions, rng)
+        self.scenario: dict[str, Any] | None = None
+        self.seed: int | None = None
+        self.spent = 0.0
+        self._used, self._parameters = "", dict[str, Any]()
+        si = self.getSpaceInformation()
+        self.setStateValidityChecker(NodeValidity(si, codec, self.motions, guard))
+        si.setMotionValidator(DirectedMotions(si, codec, self.motions, guard))
+        self.setOptimizationObjective(PlanCost(si, codec, self.motions, guard))
+        space.registerDefaultProjection(ObjectProjection(space, codec, guard))
+        start = si.allocState()
+        codec.write(start, codec.start)
+        self.setStartState(start)
+        self.offer_goals()
+
+    def offer_goals(self, count: int = GOAL_STATES, elsewhere: float = 0.0) -> None:
+        """Set the goal region; see ``GoalRegion`` for the arguments."""
+        si = self.getSpaceInformation()
+        self.setGoal(GoalRegion(si, self.codec, self.draws, self.guard, count, elsewhere))
+
+    def use(self, planner: Planner) -> None:
+        """Set one of gm_ompl's planners: OMPL's own by their names, others through an adapter."""
+        if isinstance(planner, OmplPlanner):
+            made = configure(self, planner.name, planner.settings)
+        else:
+            made = PlainPlanner(
+                self.getSpaceInformation(),
+                planner, self.judge, self.codec, self.guard, self.draws.rng,
+            )  # fmt: skip
+        self._used, self._parameters = made.getName(), planner.settings
+        self.setPlanner(made)
+
+    def stop_at_first_plan(self) -> None:
+        """Let planners that improve their plan end with the first one."""
+        self.getOptimizationObjective().setCostThreshold(ob.Cost(math.inf))
+
+    def solve(self, limit: Any = 1.0) -> Any:
+        """Run the planner; an exception in a callback ends the run and is raised here.
+
+        Args:
+            limit: seconds, or OMPL's termination condition.
+
+        Raises:
+            UnsoundPlannerError: the planner ignores that motions are one-way.
+        """
+        if callable(limit):
+            return self.run(limit)
+        ends = time.monotonic() + float(limit)
+        return self.run(lambda: time.monotonic() >= ends, lambda: time.monotonic() >= ends)
+
+    def run(self, stop: Callable[[], bool], give_up: Callable[[], bool] | None = None) -> Any:
+        """Run the planner until ``stop``; callbacks cut their work short where ``give_up``.
+
+        Raises:
+            UnsoundPlannerError: the planner ignores that motions are one-way.
+        """
+        refuse_unsound(self.getPlanner())
+        self.guard.watch(give_up)
+        started = time.monotonic()
+        finished = self.guard.finished
+        status = super().solve(ob.PlannerTerminationCondition(lambda: finished(stop)))
+        self.spent += time.monotonic() - started
+        self.guard.settle()
+        return status
+
+    def ending(self) -> SearchResult:
+        """Return what the planner knows of how its run ended, where it is one of gm_ompl's own."""
+        planner = self.getPlanner()
+        known = planner.result if isinstance(planner, PlainPlanner) else None
+        return known or SearchResult(Status.BUDGET)
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters of the planner where it was set by ``use`` and still is."""
+        return self._parameters if self.getPlanner().getName() == self._used else {}
+
+    def solution(self) -> list[HybridState] | None:
+        """Return the states of the exact solution path, or None without one."""
+        if not self.getProblemDefinition().hasExactSolution():
+            return None
+        path = og.PathGeometric(self.getSolutionPath())
+        return [self.codec.read(path.getState(k)) for k in range(path.getStateCount())]
+
+    def planner_data(self) -> Any:
+        """Return what the planner explored as OMPL's ``PlannerData``, weights by our costs.
+
+        Of gm_ompl's own planners it is the plan that was found. The data is a copy: it outlives
+        the planner.
+        """
+        si, planner = self.getSpaceInformation(), self.getPlanner()
+        if isinstance(planner, PlainPlanner):
+            tree = planner.tree()
+        else:
+            raw = ob.PlannerData(si)
+            self.getPlannerData(raw)
+            tree = tree_of(raw, self.codec)
+        return planner_data(si, self.codec, self.motions, tree)
+
+
+def make_setup(
+    judge: Judge, rng: np.random.Generator, planner: Planner, seed: int, scenario: Mapping[str, Any]
+) -> HybridSetup:
+    """Return a setup that knows its scenario and has a planner."""
+    made = HybridSetup(judge, rng)
+    made.scenario, made.seed = dict(scenario), seed
+    made.use(planner)
+    return made

@@ -1,0 +1,1 @@
+"""Randomised planning between the lattice's nodes; no OMPL and no planner here."""

@@ -1,0 +1,132 @@
+"""From the first plan towards the best: explore, improve, vary the route."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.moves import Move
+from gm_ompl.sampling.draws import SetDraw
+from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
+from gm_ompl.sampling.extraction import moves_of
+from gm_ompl.sampling.improver import Improver, ImproverSettings
+from gm_ompl.sampling.tree import Leg, Stop
+
+
+@dataclass(frozen=True)
+class AnytimeSettings:
+    """How time is divided once there is a plan.
+
+    Attributes:
+        explorer: how the first plan is found.
+        improver: how plans are improved.
+        roam: share of iterations that go on exploring, on any route.
+        elsewhere: share of the improving iterations spent on routes other than the best.
+        stall: iterations without improvement on the best route before it is varied.
+    """
+
+    explorer: ExplorerSettings = field(default_factory=ExplorerSettings)
+    improver: ImproverSettings = field(default_factory=ImproverSettings)
+    roam: float = 0.05
+    elsewhere: float = 0.2
+    stall: int = 40
+
+
+@final
+class Anytime:
+    """Finds a plan and improves it, an iteration at a time.
+
+    Args:
+        judge: answers about the problem.
+        settings: how.
+        rng: the source of randomness.
+
+    Attributes:
+        cost: of the best plan, +inf without one.
+        moves: the best plan's.
+    """
+
+    def __init__(self, judge: Judge, settings: AnytimeSettings, rng: np.random.Generator) -> None:
+        self._judge, self._settings, self._rng = judge, settings, rng
+        self._explorer = Explorer(judge, True, settings.explorer, rng)
+        self._draw = SetDraw(
+            judge.problem, judge, settings.explorer.lean, settings.explorer.explore
+        )
+        self._improvers: dict[Course, Improver] = {}
+        self._best: Course | None = None
+        self._stalled = 0
+        self.cost, self.moves = math.inf, tuple[Move, ...]()
+
+    @property
+    def branches(self) -> int:
+        """Branches of trees and lanes of samples."""
+        lanes = sum(len(improver.sample) for improver in self._improvers.values())
+        return self._explorer.branches + lanes
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether the best plan changed."""
+        if self._best is None or self._rng.random() < self._settings.roam:
+            return self._explore(stop)
+        if self._stalled >= self._settings.stall:
+            self._vary()
+        course = self._course()
+        improver = self._improvers[course]
+        if course is self._best:
+            self._stalled += 1
+        legs = improver.step(self.cost, stop)
+        return legs is not None and self._accept(course, legs)
+
+    def _explore(self, stop: Stop) -> bool:
+        found = self._explorer.step(stop)
+        return found is not None and self._accept(*found)
+
+    def _accept(self, course: Course, legs: list[Leg]) -> bool:
+        moves = moves_of(self._judge, course.store, legs)
+        cost = math.fsum(move.cost for move in moves)
+        if course not in self._improvers:
+            self._add(course)
+        self._improvers[course].seed([lane for lane, _, _ in legs])
+        if not cost < self.cost:
+            return False
+        self._improvers[course].legs = legs
+        self._best, self._stalled = course, 0
+        self.cost, self.moves = cost, moves
+        return True
+
+    def _add(self, course: Course) -> None:
+        improver = Improver(
+            self._judge, course.store, self._draw, self._settings.improver, self._rng
+        )
+        improver.seed([branch.lane for tree in course.trees for branch in tree.branches])
+        self._improvers[course] = improver
+
+    def _course(self) -> Course:
+        """Return the best course, or now and then another one that may become better."""
+        assert self._best is not None, "there is a plan"
+        others = [
+            course
+            for course, improver in self._improvers.items()
+            if course is not self._best and improver.sample.least[0] < self.cost
+        ]
+        if not others or self._rng.random() >= self._settings.elsewhere:
+            return self._best
+        # The newest first: an older one had its turns.
+        weights = 1.0 / (1.0 + np.array([self._improvers[c].steps for c in others]))
+        return others[int(self._rng.choice(len(others), p=weights / weights.sum()))]
+
+    def _vary(self) -> None:
+        """Add a route much like the best one, with the best one's sets to begin with."""
+        assert self._best is not None, "there is a plan"
+        self._stalled = 0
+        course = self._explorer.variant(self._best.store.route)
+        if course is None:
+            return
+        self._add(course)
+        known = self._improvers[self._best]
+        lanes = [lane for lane, _, _ in known.legs]
+        self._improvers[course].seed(lanes)
+        self._improvers[course].sample.add(known.sample.sets)

@@ -1,0 +1,143 @@
+"""The search for a first plan: trees of lanes along random routes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.sampling.draws import SetDraw
+from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.route_maker import RouteMaker
+from gm_ompl.sampling.routes import Route
+from gm_ompl.sampling.tree import Leg, Stop, Tree, TreeSettings, join, merged
+
+
+@dataclass(frozen=True)
+class ExplorerSettings:
+    """How the first plan is searched for.
+
+    Attributes:
+        tree: how trees grow.
+        lean: how strongly draws lean to placements that got far; 0 draws evenly.
+        explore: share of draws that are even all the same.
+        detour: chance per iteration to try another route of the object.
+    """
+
+    tree: TreeSettings = field(default_factory=TreeSettings)
+    lean: float = 2.0
+    explore: float = 0.1
+    detour: float = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A route with what is known along it and the trees grown there.
+
+    Attributes:
+        store: what is known.
+        trees: from the start, and (with two trees) from the goal.
+    """
+
+    store: LaneStore
+    trees: tuple[Tree, ...]
+
+    @property
+    def promise(self) -> float:
+        """How much of the route the trees have covered, against the steps spent on it."""
+        covered = sum(tree.best for tree in self.trees) / len(self.trees)
+        return (0.05 + covered) / (1.0 + 0.01 * sum(tree.steps for tree in self.trees))
+
+
+@final
+class Explorer:
+    """Grows trees until a plan is found.
+
+    Args:
+        judge: answers about the problem.
+        two_trees: whether a second tree grows from the goal.
+        settings: how.
+        rng: the source of randomness.
+
+    Attributes:
+        courses: the routes tried so far.
+        sets: canonical sets.
+    """
+
+    def __init__(
+        self, judge: Judge, two_trees: bool, settings: ExplorerSettings, rng: np.random.Generator
+    ) -> None:
+        problem = judge.problem
+        self._judge, self._two, self._settings, self._rng = judge, two_trees, settings, rng
+        self._maker = RouteMaker(judge, rng)
+        ways = (True, False) if two_trees else (True,)
+        self._draws = {
+            way: SetDraw(problem, judge, settings.lean, settings.explore) for way in ways
+        }
+        self.sets = PlacementSets(problem.fingers.groups())
+        self.courses: list[Course] = []
+
+    @property
+    def branches(self) -> int:
+        """Branches of all trees."""
+        return sum(len(tree.branches) for course in self.courses for tree in course.trees)
+
+    def step(self, stop: Stop) -> tuple[Course, list[Leg]] | None:
+        """Do one iteration; return a plan's legs if it found one."""
+        if not self.courses or self._rng.random() < self._settings.detour:
+            self._add_course()
+        if not self.courses:
+            return None
+        course = self._pick()
+        tree = self._next_tree(course)
+        number = tree.grow(stop)
+        if number is None:
+            return None
+        legs = self._plan(course, tree, number)
+        return None if legs is None else (course, legs)
+
+    def variant(self, route: Route) -> Course | None:
+        """Return a new course along a route much like ``route``, or None where it is blocked."""
+        other = self._maker.variant(route)
+        return None if other is None else self._add(other)
+
+    def _add_course(self) -> None:
+        route = self._maker.make()
+        if route is not None:
+            self._add(route)
+
+    def _add(self, route: Route) -> Course:
+        store = LaneStore(self._judge, self.sets, route)
+        problem, settings = self._judge.problem, self._settings.tree
+        trees = tuple(
+            Tree(problem, store, draw, way, settings, self._rng)
+            for way, draw in self._draws.items()
+        )
+        course = Course(store, trees)
+        self.courses.append(course)
+        return course
+
+    def _pick(self) -> Course:
+        if len(self.courses) == 1:
+            return self.courses[0]
+        promise = np.array([course.promise for course in self.courses]) ** 2
+        return self.courses[int(self._rng.choice(len(promise), p=promise / promise.sum()))]
+
+    @staticmethod
+    def _next_tree(course: Course) -> Tree:
+        """Return the tree that had fewer steps; the goal's first: it is the more selective."""
+        return min(reversed(course.trees), key=lambda tree: tree.steps)
+
+    def _plan(self, course: Course, tree: Tree, number: int) -> list[Leg] | None:
+        branch, last = tree.branches[number], course.store.route.strides
+        if tree.ahead and branch.reach == last and tree.fits_other_end(branch.lane):
+            return merged(tree.legs(number, last))
+        if not tree.ahead and branch.reach == 0 and tree.fits_other_end(branch.lane):
+            return merged(tree.legs(number, 0))
+        if len(course.trees) == 1:
+            return None
+        other = course.trees[1] if tree is course.trees[0] else course.trees[0]
+        return join(course.store, tree, number, other)

@@ -1,0 +1,158 @@
+"""Execute a plan in simulation and judge what happened."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.simulation.measure import Measurement
+from gm_ompl.simulation.pace import Pace
+from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.play import Player
+from gm_ompl.simulation.report import Allowed, ExecutionReport
+from gm_ompl.simulation.schedule import schedule
+from gm_ompl.simulation.timeline import Timeline
+from gm_ompl.simulation.units import Units
+from gm_ompl.simulation.world import World, world
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A plan made ready for the simulator.
+
+    Attributes:
+        plan: what to execute.
+        problem: its scenario.
+        pace: how fast.
+        units: from the scenario's to the simulator's.
+        timeline: the plan over time.
+        world: the bodies as the scenario has them.
+        allowed: what still counts as holding.
+    """
+
+    plan: Plan
+    problem: Problem
+    pace: Pace
+    units: Units
+    timeline: Timeline
+    world: World
+    allowed: Allowed = field(default_factory=Allowed)
+
+    def player(self, other: World | None = None) -> Player:
+        """Return a player at the beginning, in this or in another world."""
+        return Player(self.timeline, self.units, other or self.world)
+
+
+def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup:
+    """Make ``plan`` ready for the simulator.
+
+    Args:
+        plan: what to execute.
+        pace: how fast; None for the usual pace.
+        lean: as for ``schedule``.
+
+    Raises:
+        InputError: the plan moves nothing, or its scenario cannot be simulated.
+    """
+    problem = Scenario.from_resolved(plan.scenario).problem
+    pace, units = pace or Pace(), Units.of(problem)
+    line = schedule(plan, problem, pace, STEP, lean=lean)
+    return Setup(plan, problem, pace, units, line, world(problem, units))
+
+
+def execute(
+    setup: Setup,
+    other: World | None = None,
+    watch: Callable[[Player, int], None] | None = None,
+    slack: float = 0.0,
+) -> ExecutionReport:
+    """Play a plan back and judge what happened.
+
+    Args:
+        setup: the plan, made ready.
+        other: bodies other than the scenario's, for errors of the model.
+        watch: called with the player and every instant.
+        slack: what errors of the model excuse, as a share: of D in position, in rad in angle.
+
+    Raises:
+        MissingExtraError: MuJoCo is not installed.
+    """
+    player = setup.player(other)
+    recording = player.play(watch=None if watch is None else lambda k: watch(player, k))
+    measured = Measurement(setup.plan, setup.problem, player, recording, setup.allowed.window)
+    return _report(setup, measured, slack)
+
+
+def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionReport:
+    line, units = setup.timeline, setup.units
+    slip = measured.slip()
+    position, angle = measured.position_error(), measured.angle_error()
+    # A lost object may fall for ever; its numbers then only say that it is lost.
+    position, angle = np.nan_to_num(position, nan=1e9), np.nan_to_num(angle, nan=180.0)
+    moving = measured.moving
+    inertia, share = measured.inertia()
+    shown = ExecutionReport(
+        name=setup.problem.name,
+        findings=(),
+        notes=line.notes,
+        duration=float(line.time[-1]),
+        speed=setup.pace.speed,
+        scale=(units.length, units.mass, units.force),
+        size=setup.problem.body.diagonal,
+        end_position=float(position[-1]),
+        end_angle=float(angle[-1]),
+        position=float(position[moving].max(initial=0.0)),
+        angle=float(angle[moving].max(initial=0.0)),
+        static_slip=measured.static_slip(),
+        fingers=tuple(measured.finger(i, slip) for i in range(line.fingers)),
+        z=least_z(setup.plan),
+        inertia=inertia,
+        inertia_share=share,
+    )
+    found = tuple(_findings(shown, setup, slack))
+    return ExecutionReport(**{**vars(shown), "findings": found})
+
+
+def least_z(plan: Plan) -> float:
+    """Return the smallest stability margin that the plan states."""
+    margins = [
+        segment.z
+        for step in plan.steps
+        if isinstance(step, DisplacementStep)
+        for segment in step.segments
+    ]
+    margins += [step.z for step in plan.steps if not isinstance(step, DisplacementStep)]
+    return min(margins, default=math.inf)
+
+
+def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
+    """Return why the plan did not hold."""
+    allowed, D, z_min = setup.allowed, report.size, setup.problem.mechanics.z_min
+    degrees = math.degrees(slack)
+    limits = [
+        ("the object ends", report.end_position / D, allowed.end_position + slack, "D off"),
+        ("the object ends", report.end_angle, allowed.end_angle + degrees, "deg off"),
+        ("on the way the object is", report.position / D, allowed.position + slack, "D off"),
+        ("on the way the object is", report.angle, allowed.angle + degrees, "deg off"),
+        ("a static contact moves", report.static_slip / D, allowed.static_slip + slack, "D"),
+    ]
+    for finger in report.fingers:
+        name = f"finger {finger.finger}"
+        limits.append((f"{name} slips", finger.slip / D, allowed.slip, "D"))
+        if finger.force_error is not None:
+            what = f"{name}'s normal force is off by"
+            limits.append((what, finger.force_error, allowed.force, "of the command"))
+    found = [
+        f"{what} {value:.3g} {unit}; allowed {limit:.3g}"
+        for what, value, limit, unit in limits
+        if not value <= limit
+    ]
+    if report.z < z_min * (1.0 - 1e-6):
+        found.append(f"the plan itself states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
+    return found

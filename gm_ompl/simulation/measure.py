@@ -1,0 +1,191 @@
+"""From a recording to a report: errors, slip, forces, and whether the plan held."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.problem import Problem
+from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.play import EVERY, Player, Recording
+from gm_ompl.simulation.report import FingerReport
+from gm_ompl.simulation.timeline import PHASES
+
+MOVE = PHASES.index("move")
+
+FAINT = 0.001
+"""A normal force below this, of the object's weight, is no contact."""
+
+LOOSE = 0.05
+"""Play around the statical range of a normal force, of the object's weight: the range is that of
+pyramids inside the friction cones."""
+
+
+class Measurement:
+    """A recording beside its timeline, in the scenario's units; K rows.
+
+    Args:
+        plan: what was executed.
+        problem: its scenario.
+        player: what executed it.
+        recording: what happened.
+        window: time over which forces are averaged [s].
+    """
+
+    def __init__(
+        self, plan: Plan, problem: Problem, player: Player, recording: Recording, window: float
+    ) -> None:
+        self.plan, self.problem = plan, problem
+        self.timeline, self.units = player.timeline, player.units
+        self.rows = recording.rows
+        self.position = recording.position / self.units.length
+        self.rotation = rotations(recording.quaternion)
+        self.centre = recording.centre / self.units.length
+        self.normal_force = recording.normal_force / self.units.force
+        self.moving = self.timeline.phase[self.rows] == MOVE
+        self.weight = force_unit(problem)
+        self._window = max(1, round(window / (EVERY * STEP)))
+
+    def position_error(self) -> Array:
+        """Return (K,), distance of the centre of mass from the plan's."""
+        off: Array = np.linalg.norm(self.position - self.timeline.position[self.rows], axis=1)
+        return off
+
+    def angle_error(self) -> Array:
+        """Return (K,), angle between the orientation and the plan's [deg]."""
+        gap = np.linalg.norm(self.rotation - self.timeline.rotation[self.rows], axis=(1, 2))
+        # |A - B|_F = sqrt(8) sin(angle / 2); the cosine from the trace is blind near zero.
+        angle: Array = np.degrees(2.0 * np.arcsin(np.minimum(gap / np.sqrt(8.0), 1.0)))
+        return angle
+
+    def slip(self) -> Array:
+        """Return (K, n), how far the fingertips' points have gone over the object's surface.
+
+        Followed is the point of the fingertip that touched first, in the object frame, along the
+        surface, since the finger came down; 0 while it is up.
+        """
+        timeline, rows = self.timeline, self.rows
+        arms = self.problem.fingers.radius[:, None] * timeline.normal[rows]
+        touch = self.centre + arms - self.position[:, None]
+        local = np.einsum("kji,knj->kni", self.rotation, touch)
+        inward = np.einsum("tji,tnj->tni", timeline.rotation[rows], timeline.normal[rows])
+        down, slip = timeline.down[rows], np.zeros(local.shape[:2])
+        for i in range(local.shape[1]):
+            for first, last in _stretches(down[:, i]):
+                way = local[first:last, i] - local[first, i]
+                n = inward[first, i]
+                slip[first:last, i] = np.linalg.norm(way - np.outer(way @ n, n), axis=1)
+        return slip
+
+    def static_slip(self) -> float:
+        """Return the farthest that a static contact's point went from its place, along its face."""
+        worst, problem = 0.0, self.problem
+        for number, step in enumerate(self.plan.steps):
+            if not isinstance(step, DisplacementStep):
+                continue
+            cuts = np.linspace(step.from_, step.to, len(step.segments) + 1)
+            of_step = self.moving & (self.timeline.step[self.rows] == number)
+            for k in range(len(step.segments)):
+                rows = np.flatnonzero(of_step & (self.timeline.segment[self.rows] == k))
+                if not len(rows):
+                    continue
+                middle, direction = (cuts[k] + cuts[k + 1]) / 2.0, cuts[k + 1] - cuts[k]
+                pose = problem.motion.pose(middle)
+                twist = problem.motion.velocity(middle, direction)
+                touching = environment_contacts(problem.body, problem.environment, pose)
+                state = contact_state(touching, pose, twist, problem.body)
+                static = ~state.slip.any(axis=1)
+                worst = max(worst, self._moved(rows, state.points[static], state.normals[static]))
+        return worst
+
+    def _moved(self, rows: IntArray, points: Array, normals: Array) -> float:
+        """Return the farthest that ``points`` (m, 3), object frame, went from the plan."""
+        if not len(points):
+            return 0.0
+        line, instants = self.timeline, self.rows[rows]
+        there = np.einsum("kij,mj->kmi", self.rotation[rows], points)
+        there = there + self.position[rows][:, None]
+        wanted = np.einsum("kij,mj->kmi", line.rotation[instants], points)
+        wanted = wanted + line.position[instants][:, None]
+        n = np.einsum("kij,mj->kmi", line.rotation[instants], normals)
+        way = there - wanted
+        way = way - (way * n).sum(axis=2, keepdims=True) * n
+        return float(np.linalg.norm(way, axis=2).max())
+
+    def finger(self, i: int, slip: Array) -> FingerReport:
+        """Return what finger ``i`` did; ``slip`` as from ``slip()``."""
+        line, rows, force = self.timeline, self.rows, self.normal_force[:, i]
+        share, f_com = line.force_share[rows, i], line.f_com[rows, i]
+        forced, held = self.moving & (share >= 1.0), self.moving & (share <= 0.0)
+        got, asked = self._means(force, forced), self._means(f_com, forced)
+        errors = np.abs(got - asked) / np.maximum(asked, LOOSE * self.weight)
+        greatest = self._means(force, self.moving)
+        moving = max(int(self.moving.sum()), 1)
+        wanted = self.moving & line.down[rows, i]
+        off = wanted & (force < FAINT * self.weight)
+        return FingerReport(
+            finger=i,
+            slip=float(slip[:, i].max(initial=0.0)),
+            force_controlled=float(forced.sum() / moving),
+            force_error=float(errors.max()) if len(errors) else None,
+            mean_force_error=float(errors.mean()) if len(errors) else None,
+            in_range=self._in_range(i, held),
+            greatest_force=float(greatest.max(initial=0.0)),
+            max_normal_force=float(self.problem.fingers.max_normal_force[i]),
+            off_contact=float(off.sum() * EVERY * STEP),
+        )
+
+    def _in_range(self, i: int, held: BoolArray) -> float | None:
+        held = held & np.isfinite(self.timeline.least[self.rows, i])
+        got = self._means(self.normal_force[:, i], held)
+        if not len(got):
+            return None
+        least = self._means(self.timeline.least[self.rows, i], held) - LOOSE * self.weight
+        most = self._means(self.timeline.most[self.rows, i], held) + LOOSE * self.weight
+        return float(((got >= least) & (got <= most)).mean())
+
+    def _means(self, values: Array, where: BoolArray) -> Array:
+        """Return the moving averages that lie within the stretches of ``where``."""
+        w, parts = self._window, []
+        for first, last in _stretches(where):
+            if last - first >= w:
+                sums = np.cumsum(np.concatenate([[0.0], values[first:last]]))
+                parts.append((sums[w:] - sums[:-w]) / w)
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def inertia(self) -> tuple[float, float]:
+        """Return the largest inertia force in the norm (7), and its largest ratio to z."""
+        L, M, line = self.units.length, self.units.mass, self.timeline
+        mass, J = self.problem.mass * M, self.problem.inertia * M * L**2
+        wrench = line.inertia_wrench(mass, J, L)
+        scaled = mass * np.einsum("ti,ij,tj->t", wrench[:, 3:], np.linalg.inv(J), wrench[:, 3:])
+        norm = np.sqrt((wrench[:, :3] ** 2).sum(axis=1) + scaled) / self.units.force
+        moving = line.phase == MOVE
+        ratio = norm[moving] / np.maximum(line.z[moving], 1e-9 * self.weight)
+        return float(norm[moving].max(initial=0.0)), float(ratio.max(initial=0.0))
+
+
+def force_unit(problem: Problem) -> float:
+    """Return the object's weight, or the largest f_max where there is no gravity."""
+    weight = problem.mass * problem.mechanics.gravity
+    return weight or float(problem.fingers.max_normal_force.max(initial=0.0))
+
+
+def rotations(quaternions: Array) -> Array:
+    """Return the rotations (K, 3, 3) of unit quaternions (K, 4), w x y z."""
+    w, x, y, z = quaternions.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def _stretches(where: BoolArray) -> list[tuple[int, int]]:
+    """Return (first, last + 1) of every run of True."""
+    edges = np.diff(np.concatenate([[0], where.astype(int), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))

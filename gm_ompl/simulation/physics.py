@@ -1,0 +1,258 @@
+"""The door to MuJoCo: bodies that touch with exact friction, stepped and rendered."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.errors import MissingExtraError
+from gm_ompl.simulation.world import World
+
+STEP = 5e-4
+"""Time step [s]: a sixteenth of the period of a finger on its servo."""
+
+TIP_MASS = 0.1
+"""What a servo moves: a fingertip and its share of the finger [kg]."""
+
+TIP_INERTIA = 1.0
+"""So large that a fingertip turns as it is told, whatever the contact does [kg m^2]."""
+
+CONTACT = "0.001 1"
+"""Time constant [s] and damping ratio of a contact: two time steps, critically damped."""
+
+IMPEDANCE = "0.2 0.9 0.0005 0.5 2"
+"""Contacts yield softly at first and are rigid from half a millimetre on. A sliding contact that is
+rigid from the beginning hops: the solver's friction pushes it up, off, and it falls back."""
+
+SLIP_SWEEPS = 10
+"""Sweeps of the solver that removes the creep of static contacts."""
+
+FRICTION_RATIO = 1.0
+"""Friction is held as stiffly as normal forces; what creeps is the sweeps' to remove."""
+
+
+def load() -> Any:
+    """Import MuJoCo, set up to render without a display.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("MUJOCO_GL", "egl")
+    try:
+        import mujoco
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("MuJoCo", "sim") from error
+    return mujoco
+
+
+@dataclass(frozen=True, eq=False)
+class Touches:
+    """Contact forces on the object at an instant.
+
+    Attributes:
+        normal: (n,), total normal force of each fingertip [N].
+        tangential: (n,), magnitude of each fingertip's friction [N].
+    """
+
+    normal: Array
+    tangential: Array
+
+
+class Physics:
+    """A world in motion.
+
+    The object is free; the fingertips are free spheres that are pushed by forces and turned by
+    decree. Fingertips touch the object alone: that their way is clear of everything else is the
+    planner's business.
+
+    Args:
+        world: the bodies.
+        position: (3,), where the object starts.
+        quaternion: (4,), its orientation (w, x, y, z).
+        centres: (n, 3), where the fingertips start.
+    """
+
+    def __init__(self, world: World, position: Array, quaternion: Array, centres: Array) -> None:
+        self._mujoco = load()
+        self.world, n = world, len(world.radius)
+        self.model = self._mujoco.MjModel.from_xml_string(_mjcf(world))
+        self.data = self._mujoco.MjData(self.model)
+        self._q = self.data.qpos.reshape(1 + n, 7)
+        self._v = self.data.qvel.reshape(1 + n, 6)
+        self._push = self.data.xfrc_applied[-n:, :3] if n else np.zeros((0, 3))
+        self._wrench = self.data.xfrc_applied[1]
+        self._q[0, :3], self._q[0, 3:] = position, quaternion
+        self._q[1:, :3], self._q[1:, 3:] = centres, quaternion
+        self._geoms = np.full(self.model.ngeom, -1)
+        for i in range(n):
+            name = self._mujoco.mjtObj.mjOBJ_GEOM
+            self._geoms[self._mujoco.mj_name2id(self.model, name, f"tip{i}")] = i
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def position(self) -> Array:
+        """(3,), the object's centre of mass."""
+        return np.array(self._q[0, :3])
+
+    @property
+    def quaternion(self) -> Array:
+        """(4,), the object's orientation (w, x, y, z)."""
+        return np.array(self._q[0, 3:])
+
+    @property
+    def centres(self) -> Array:
+        """(n, 3), the fingertips' centres."""
+        return np.array(self._q[1:, :3])
+
+    @property
+    def velocities(self) -> Array:
+        """(n, 3), of the fingertips' centres."""
+        return np.array(self._v[1:, :3])
+
+    def step(
+        self, forces: Array, quaternion: Array, spin: Array, wrench: Array | None = None
+    ) -> None:
+        """Advance by one time step.
+
+        Args:
+            forces: (n, 3), on the fingertips [N].
+            quaternion: (4,), the fingertips' orientation.
+            spin: (3,), their angular velocity, in their own frame [rad/s].
+            wrench: (6,), a disturbance of the object, world frame, about its centre.
+        """
+        self._q[1:, 3:], self._v[1:, 3:] = quaternion, spin
+        self._push[:] = forces
+        self._wrench[:] = 0.0 if wrench is None else wrench
+        self._mujoco.mj_step(self.model, self.data)
+
+    def touches(self) -> Touches:
+        """Return the contact forces of the last step."""
+        n, data = len(self.world.radius), self.data
+        normal, tangential = np.zeros(n), np.zeros((n, 3))
+        if data.ncon:
+            contact = data.contact
+            tip = self._geoms[contact.geom].max(axis=1)
+            rows = np.flatnonzero((tip >= 0) & (contact.efc_address >= 0))
+            first, force = contact.efc_address[rows], data.efc_force
+            np.add.at(normal, tip[rows], force[first])
+            frames = contact.frame[rows].reshape(-1, 3, 3)
+            sideways = force[first + 1, None] * frames[:, 1] + force[first + 2, None] * frames[:, 2]
+            np.add.at(tangential, tip[rows], sideways)
+        return Touches(normal, np.linalg.norm(tangential, axis=1))
+
+    def state(self) -> Array:
+        """Return everything that the future depends on."""
+        spec = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(self._mujoco.mj_stateSize(self.model, spec))
+        self._mujoco.mj_getState(self.model, self.data, state, spec)
+        return state
+
+    def restore(self, state: Array) -> None:
+        """Go back to a former ``state``."""
+        spec = self._mujoco.mjtState.mjSTATE_INTEGRATION
+        self._mujoco.mj_setState(self.model, self.data, state, spec)
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @contextmanager
+    def camera(self, look_at: Array, width: int, height: int) -> Iterator[Any]:
+        """Give a function that returns the present view, (height, width, 3) bytes.
+
+        Args:
+            look_at: (3,), the middle of the picture.
+            width: in pixels.
+            height: in pixels.
+        """
+        view = self._mujoco.MjvCamera()
+        view.lookat[:] = look_at
+        view.distance, view.azimuth, view.elevation = 3.2 * self.world.size, 60.0, -20.0
+        with self._mujoco.Renderer(self.model, height, width) as renderer:
+
+            def picture() -> Any:
+                renderer.update_scene(self.data, view)
+                return renderer.render()
+
+            yield picture
+
+
+def _mjcf(world: World) -> str:
+    """Return the world in MuJoCo's language."""
+    n = len(world.radius)
+    meshes, fixed, own, pairs = [], [], [], []
+
+    def geom(name: str, vertices: Array, colour: str) -> str:
+        meshes.append(f'<mesh name="{name}" vertex={quoteattr(_numbers(vertices))}/>')
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        common = f'name="{name}" rgba="{colour}"'
+        if _is_box(vertices, low, high):
+            meshes.pop()
+            return (
+                f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
+                f'size="{_numbers((high - low) / 2)}"/>'
+            )
+        return f'<geom {common} type="mesh" mesh="{name}"/>'
+
+    def pair(a: str, b: str, mu: float) -> None:
+        pairs.append(
+            f'<pair geom1="{a}" geom2="{b}" condim="3" solref="{CONTACT}" solimp="{IMPEDANCE}" '
+            f'friction="{mu!r} {mu!r} 0 0 0"/>'
+        )
+
+    if world.floor:
+        side = 40 * world.size
+        fixed.append(f'<geom name="floor" type="plane" size="{side} {side} 1" material="floor"/>')
+    fixed += [geom(f"wall{k}", v, "0.6 0.6 0.65 0.35") for k, v in enumerate(world.obstacles)]
+    own += [geom(f"piece{k}", v, "0.8 0.6 0.35 1") for k, v in enumerate(world.pieces)]
+    around = ["floor"] * world.floor + [f"wall{k}" for k in range(len(world.obstacles))]
+    for k in range(len(world.pieces)):
+        for other in around:
+            pair(f"piece{k}", other, world.environment_friction)
+        for i in range(n):
+            pair(f"piece{k}", f"tip{i}", float(world.friction[i]))
+    J = world.inertia
+    six = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
+    tips = [
+        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
+        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/>'
+        f'<geom name="tip{i}" type="sphere" size="{r!r}" rgba="{_COLOURS[i % len(_COLOURS)]}"/>'
+        f"</body>"
+        for i, r in enumerate(world.radius.tolist())
+    ]
+    return f"""<mujoco>
+<compiler angle="radian" inertiafromgeom="false" boundmass="0" boundinertia="0"/>
+<option timestep="{STEP}" gravity="0 0 {-world.gravity}" cone="elliptic" impratio="{FRICTION_RATIO}"
+  integrator="implicitfast" noslip_iterations="{SLIP_SWEEPS}" iterations="50" tolerance="1e-10">
+  <flag multiccd="enable"/></option>
+<default><geom contype="0" conaffinity="0"/></default>
+<visual><global offwidth="1280" offheight="960"/><map znear="0.01" zfar="50"/>
+  <headlight ambient="0.4 0.4 0.4"/></visual>
+<statistic extent="{world.size}"/>
+<asset><texture name="floor" type="2d" builtin="checker" width="64" height="64"
+  rgb1="0.85 0.87 0.9" rgb2="0.75 0.78 0.82"/>
+  <material name="floor" texture="floor" texuniform="true" texrepeat="8 8"/>{"".join(meshes)}</asset>
+<worldbody><light pos="0 0 {8 * world.size}" dir="0.2 0.3 -1" directional="true"/>{"".join(fixed)}
+<body name="object"><freejoint/>
+  <inertial pos="0 0 0" mass="{world.mass!r}" fullinertia="{_numbers(np.array(six))}"/>
+  {"".join(own)}</body>{"".join(tips)}</worldbody>
+<contact>{"".join(pairs)}</contact></mujoco>"""
+
+
+_COLOURS = ("0.85 0.2 0.2 1", "0.2 0.4 0.85 1", "0.2 0.7 0.3 1", "0.8 0.5 0.1 1")
+
+
+def _numbers(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values.ravel())
+
+
+def _is_box(vertices: Array, low: Array, high: Array) -> bool:
+    """Whether the vertices are the corners of a box along the axes."""
+    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
+    return len(vertices) == 8 and bool(off <= 1e-12 * float((high - low).max()))

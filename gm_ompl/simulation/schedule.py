@@ -1,0 +1,325 @@
+"""From a plan to its timeline: approach, runs, switches, regrasps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.model import PlacementRecord, Plan
+from gm_ompl.problem import Problem
+from gm_ompl.simulation.balance import Balance, balance
+from gm_ompl.simulation.beats import Move, Run, beats
+from gm_ompl.simulation.pace import Pace, progress, ramp
+from gm_ompl.simulation.timeline import PHASES, Timeline, joined
+from gm_ompl.simulation.travel import Clearance, way
+
+TOUCH = 0.02
+"""Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
+
+
+def schedule(
+    plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool = True
+) -> Timeline:
+    """Lay time over ``plan``.
+
+    The object moves at an even pace and stops only to switch modes, to regrasp and to change
+    direction; commanded forces run straight from one segment's midpoint to the next. Before and
+    after, and in every switch, it rests.
+
+    Args:
+        plan: what to do; trusted in everything.
+        problem: the plan's scenario.
+        pace: how fast.
+        dt: time step [s].
+        lean: whether fingers lean on the object with the forces of a balance (``balance``);
+            otherwise they go by positions and commanded normal forces alone.
+
+    Raises:
+        InputError: the plan moves nothing, or does not fit the scenario.
+    """
+    return _Scheduler(plan, problem, pace, dt, lean).run()
+
+
+@dataclass
+class _Hand:
+    """What the fingers are doing; arrays (n, ...), object frame."""
+
+    points: Array
+    normals: Array
+    share: Array
+    f_com: Array
+    limit: Array
+    lean: Array
+    down: BoolArray
+
+
+class _Scheduler:
+    def __init__(self, plan: Plan, problem: Problem, pace: Pace, dt: float, lean: bool) -> None:
+        self.problem, self.pace, self.dt, self.lean = problem, pace, dt, lean
+        self.beats = beats(plan, problem)
+        self.size = problem.body.diagonal
+        weight = problem.mass * problem.mechanics.gravity
+        self.touch = TOUCH * (weight or float(problem.fingers.max_normal_force.max()))
+        self.parts: list[Timeline] = []
+        self.notes: list[str] = []
+        first = self.beats[0]
+        n = problem.fingers.count
+        self.q = first.stretches[0].start if isinstance(first, Run) else first.at
+        self.z = first.stretches[0].z if isinstance(first, Run) else first.z
+        self.step = -1
+        self.hand = _Hand(
+            np.array([place.point for place in first.placements]),
+            np.array([place.normal for place in first.placements]),
+            np.zeros(n),
+            np.zeros(n),
+            np.full(n, self.touch),
+            np.zeros((n, 3)),
+            np.zeros(n, dtype=bool),
+        )
+
+    def run(self) -> Timeline:
+        everyone = np.ones(self.problem.fingers.count, dtype=bool)
+        off = np.full(self.problem.fingers.count, self.pace.clearance * self.size)
+        self._rest("settle", self.pace.settle, height=off)
+        self._land("approach", everyone)
+        for beat in self.beats:
+            if isinstance(beat, Run):
+                self._run(beat)
+            else:
+                self._regrasp(beat)
+        self._rest("settle", self.pace.settle)
+        return joined(self.parts)
+
+    def _samples(self, seconds: float) -> int:
+        return max(2, round(seconds / self.dt))
+
+    def _run(self, run: Run) -> None:
+        first = run.stretches[0]
+        self.z, self.step = first.z, first.step
+        balances = self._balances(run)
+        leans = np.array([found.forces for found in balances]) * self.lean
+        self._switch(np.array(run.force), first.f_com, leans[0])
+        lengths = np.array([stretch.length for stretch in run.stretches])
+        ends = np.cumsum(lengths)
+        pace = self.pace
+        along = progress(float(ends[-1]), pace.speed * self.size, pace.ramp, self.dt)
+        corners = np.array([first.start, *(stretch.end for stretch in run.stretches)])
+        nodes = np.concatenate([[0.0], ends])
+        q = np.stack([np.interp(along, nodes, column) for column in corners.T], axis=1)
+        middles = ends - lengths / 2.0
+        forces = np.array([stretch.f_com for stretch in run.stretches])
+        f_com = _between(along, middles, forces)
+        which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+        self._add(
+            "move",
+            q,
+            f_com=f_com,
+            lean=_between(along, middles, leans),
+            least=np.array([found.least for found in balances])[which],
+            most=np.array([found.most for found in balances])[which],
+            step=np.array([stretch.step for stretch in run.stretches])[which],
+            segment=np.array([stretch.segment for stretch in run.stretches])[which],
+            z=np.array([stretch.z for stretch in run.stretches])[which],
+        )
+        self.q, self.hand.f_com, self.hand.lean = q[-1], f_com[-1], leans[-1]
+        self.z, self.step = run.stretches[-1].z, run.stretches[-1].step
+
+    def _balances(self, run: Run) -> list[Balance]:
+        """Return forces that hold the object, per stretch."""
+        found = [
+            balance(
+                self.problem,
+                (stretch.start + stretch.end) / 2.0,
+                stretch.end - stretch.start,
+                run.placements,
+                run.force,
+                stretch.f_com,
+            )
+            for stretch in run.stretches
+        ]
+        failed = [s for s, b in zip(run.stretches, found, strict=True) if not b.holds]
+        if failed:
+            self.notes.append(
+                f"no forces balance in {len(failed)} segments, the first in step "
+                f"{failed[0].step}, segment {failed[0].segment}"
+            )
+        return found
+
+    def _switch(self, force: BoolArray, f_com: Array, lean: Array) -> None:
+        """Change modes and commanded forces while the object rests."""
+        hand, count = self.hand, self._samples(self.pace.switch)
+        share = force.astype(float)
+        # A finger that comes under force control does so at the force of its last touch.
+        before = np.where(hand.share > 0, hand.f_com, np.minimum(self.touch, f_com))
+        after = np.where(force, f_com, before)
+        limit = np.where(hand.down, self.problem.fingers.max_normal_force, hand.limit)
+        rising = ramp(count)[:, None]
+        self._rest(
+            "switch",
+            self.pace.switch,
+            share=hand.share + rising * (share - hand.share),
+            f_com=before + rising * (after - before),
+            lean=hand.lean + rising[:, :, None] * (lean - hand.lean),
+            limit=hand.limit + rising * (limit - hand.limit),
+        )
+        hand.share, hand.f_com, hand.lean, hand.limit = share, after, lean, limit
+
+    def _regrasp(self, move: Move) -> None:
+        i, hand, pace = move.finger, self.hand, self.pace
+        self.step, self.z = move.step, move.z
+        loaded = hand.share[i] > 0
+        force = np.array(move.force)
+        force[i] = loaded  # the leaving finger unloads in the mode that it has
+        f_com = np.where(np.arange(len(force)) == i, min(self.touch, hand.f_com[i]), move.f_com)
+        rest = balance(
+            self.problem, self.q, None, move.placements, move.force, move.f_com, lifted=i
+        )
+        if not rest.holds:
+            self.notes.append(f"no forces balance in step {move.step}, finger {i} lifted")
+        self._switch(force, f_com, rest.forces * self.lean)
+        hand.share[i] = 0.0
+        pose = self.problem.motion.pose(self.q)
+        height = self._height(pose, i, hand.points[i], hand.normals[i])
+        lifted = np.zeros((self._samples(pace.lift), len(force)))
+        lifted[:, i] = height * ramp(len(lifted))
+        hand.down[i] = False
+        self._rest("lift", pace.lift, height=lifted)
+        hand.limit[i], hand.f_com[i] = self.touch, 0.0
+        self._travel(pose, i, height, move.target)
+        self._land("land", np.arange(len(force)) == i)
+
+    def _travel(self, pose: Pose, i: int, height: float, target: PlacementRecord) -> None:
+        hand, radius = self.hand, float(self.problem.fingers.radius[i])
+        point, normal = np.array(target.point), np.array(target.normal)
+        start = pose.apply(hand.points[i] - (radius + height) * hand.normals[i])
+        above = self._height(pose, i, point, normal)
+        end = pose.apply(point - (radius + above) * normal)
+        corners = self._corners(pose, i, start, end, min(height, above))
+        hand.points[i], hand.normals[i] = point, normal
+        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+        speed = self.pace.travel * self.size
+        legs = [
+            a + np.outer(progress(length, speed, self.pace.ramp / 2.0, self.dt) / length, b - a)
+            for a, b, length in zip(corners, corners[1:], lengths, strict=False)
+            if length > 0
+        ]
+        path = np.concatenate(legs) if legs else corners[:1]
+        self._add("travel", np.tile(self.q, (len(path), 1)), path=(i, path))
+
+    def _corners(self, pose: Pose, i: int, start: Array, end: Array, height: float) -> Array:
+        """Return the corners of a clear way; straight, with a note, if none is found."""
+        others = [k for k in range(len(self.hand.points)) if k != i]
+        radii = self.problem.fingers.radius[others]
+        centres = pose.apply(
+            self.hand.points[others] - radii[:, None] * self.hand.normals[others]
+        ).reshape(-1, 3)
+        span = self.size + 4.0 * float(self.problem.fingers.radius.max())
+        for margin in (height / 2.0, height / 4.0, 0.0):
+            clearance = Clearance(self.problem, pose, i, centres, radii, margin)
+            corners = way(clearance, start, end, span)
+            if corners is not None:
+                return corners
+        self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new placement")
+        return np.array([start, end])
+
+    def _height(self, pose: Pose, i: int, point: Array, normal: Array) -> float:
+        """Return how far finger ``i`` may stand off: less where something is in the way."""
+        radius = float(self.problem.fingers.radius[i])
+        others = [k for k in range(len(self.hand.points)) if k != i]
+        radii = self.problem.fingers.radius[others]
+        centres = pose.apply(
+            self.hand.points[others] - radii[:, None] * self.hand.normals[others]
+        ).reshape(-1, 3)
+        clear = Clearance(self.problem, pose, i, centres, radii, 0.0)
+        wanted = self.pace.clearance * self.size
+        for height in wanted / 2.0 ** np.arange(6):
+            middle = pose.apply(point - (radius + height) * normal)
+            if clear.free(middle[None])[0]:
+                return float(height)
+        return float(wanted)
+
+    def _land(self, phase: str, which: BoolArray) -> None:
+        """Bring fingers down to their placements, and a little beyond until they feel it."""
+        pose, hand = self.problem.motion.pose(self.q), self.hand
+        heights = np.array([
+            self._height(pose, i, hand.points[i], hand.normals[i]) if which[i] else 0.0
+            for i in range(len(which))
+        ])  # fmt: skip
+        falling = ramp(self._samples(self.pace.lift))[:, None]
+        reach = self.pace.reach * self.size * which
+        self._rest(
+            phase,
+            self.pace.lift,
+            height=(1.0 - falling) * heights,
+            press=falling * reach,
+            landing=np.tile(which, (len(falling), 1)),
+        )
+        hand.down = hand.down | which
+
+    def _rest(self, phase: str, seconds: float, **arrays: Array) -> None:
+        q = np.tile(self.q, (self._samples(seconds), 1))
+        self._add(phase, q, **arrays)
+
+    def _add(
+        self,
+        phase: str,
+        q: Array,
+        *,
+        path: tuple[int, Array] | None = None,
+        height: Array | float = 0.0,
+        **arrays: Array,
+    ) -> None:
+        """Append instants at coordinates ``q`` (K, d); what is not given stays as it is."""
+        K, hand = len(q), self.hand
+        n = len(hand.points)
+        position, rotation = self._poses(q)
+        out = self.problem.fingers.radius + np.broadcast_to(height, (K, n))
+        local = hand.points - out[..., None] * hand.normals
+        centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
+        if path is not None:
+            centre[:, path[0]] = path[1]
+        fields = {
+            "force_share": hand.share,
+            "f_com": hand.f_com,
+            "least": np.full(n, np.nan),
+            "most": np.full(n, np.nan),
+            "limit": hand.limit,
+            "press": np.zeros(n),
+            "down": hand.down,
+            "landing": np.zeros(n, dtype=bool),
+        }
+        rows = {"step": self.step, "segment": -1, "z": self.z, "phase": PHASES.index(phase)}
+        shaped = {k: np.broadcast_to(arrays.get(k, v), (K, n)).copy() for k, v in fields.items()}
+        lean = np.broadcast_to(arrays.get("lean", hand.lean), (K, n, 3))
+        flat = {k: np.broadcast_to(arrays.get(k, np.array(v)), (K,)) for k, v in rows.items()}
+        self.parts.append(
+            Timeline(
+                dt=self.dt,
+                position=position,
+                rotation=rotation,
+                centre=centre,
+                normal=np.einsum("tij,nj->tni", rotation, hand.normals),
+                lean=np.einsum("tij,tnj->tni", rotation, lean),
+                notes=tuple(self.notes),
+                **shaped,
+                **flat,
+            )
+        )
+        self.notes.clear()
+
+    def _poses(self, q: Array) -> tuple[Array, Array]:
+        if (q == q[0]).all():
+            pose = self.problem.motion.pose(q[0])
+            return np.tile(pose.position, (len(q), 1)), np.tile(pose.rotation, (len(q), 1, 1))
+        poses = [self.problem.motion.pose(row) for row in q]
+        return np.array([p.position for p in poses]), np.array([p.rotation for p in poses])
+
+
+def _between(along: Array, nodes: Array, values: Array) -> Array:
+    """Return ``values`` (S, ...) given at ``nodes`` (S,) at the places ``along`` (K,), linearly."""
+    flat = values.reshape(len(nodes), -1)
+    mixed = np.stack([np.interp(along, nodes, column) for column in flat.T], axis=1)
+    return mixed.reshape(len(along), *values.shape[1:])

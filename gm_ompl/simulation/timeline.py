@@ -1,0 +1,143 @@
+"""Time laid over a plan: where everything should be, and what is commanded, at every instant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.geometry.pose import Pose
+
+PHASES = ("settle", "approach", "switch", "move", "lift", "travel", "land")
+"""What happens: fingers stand off, come down, modes and forces change, the object moves, and a
+finger leaves, travels, comes down."""
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """The plan over time, T instants ``dt`` apart, n fingers; world frame, scenario's units.
+
+    Attributes:
+        dt: time step [s].
+        position: (T, 3), the centre of mass.
+        rotation: (T, 3, 3), object to world.
+        centre: (T, n, 3), the fingertips' centres.
+        normal: (T, n, 3), unit, into the object at the finger's placement.
+        force_share: (T, n), 1 under force control, 0 under position control, between in a switch.
+        f_com: (T, n), commanded normal force; counts by ``force_share``.
+        lean: (T, n, 3), forces that the fingers lean on the object with, as far as they are
+            under position control.
+        least: (T, n), least normal force with which the object can be in balance; NaN where the
+            object rests or no balance exists.
+        most: (T, n), the greatest.
+        limit: (T, n), the most that a finger may press.
+        press: (T, n), how far beyond its placement a finger reaches for the surface.
+        down: (T, n) bool, whether the finger is to be in contact.
+        landing: (T, n) bool, whether it looks for the surface: it then remains where it finds it.
+        step: (T,), step of the plan, -1 before the first.
+        segment: (T,), segment of that step, -1 where the object rests.
+        z: (T,), the stability margin stated by the plan at that place.
+        phase: (T,), index into ``PHASES``.
+        notes: what could not be done as wished.
+    """
+
+    dt: float
+    position: Array
+    rotation: Array
+    centre: Array
+    normal: Array
+    force_share: Array
+    f_com: Array
+    lean: Array
+    least: Array
+    most: Array
+    limit: Array
+    press: Array
+    down: BoolArray
+    landing: BoolArray
+    step: IntArray
+    segment: IntArray
+    z: Array
+    phase: IntArray
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def fingers(self) -> int:
+        """Number of fingers n."""
+        return int(self.centre.shape[1])
+
+    @cached_property
+    def time(self) -> Array:
+        """(T,), seconds since the beginning."""
+        return self.dt * np.arange(len(self))
+
+    @cached_property
+    def quaternion(self) -> Array:
+        """(T, 4), the object's orientation, w x y z, without jumps of sign."""
+        rows = np.empty((len(self), 4))
+        last: Array | None = None
+        for k, rotation in enumerate(self.rotation):
+            if last is not None and k and np.array_equal(rotation, self.rotation[k - 1]):
+                rows[k] = rows[k - 1]
+                continue
+            row = Pose(rotation, self.position[k]).quaternion()
+            rows[k] = -row if last is not None and row @ last < 0 else row
+            last = rows[k]
+        return rows
+
+    @cached_property
+    def spin(self) -> Array:
+        """(T, 3), angular velocity of the object and of the fingertips [rad/s]."""
+        step = np.einsum("tij,tkj->tik", self.rotation[1:], self.rotation[:-1])
+        skew = (step - step.transpose(0, 2, 1)) / 2.0
+        turn = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / self.dt
+        whole: Array = np.concatenate([turn, turn[-1:]])
+        return whole
+
+    @cached_property
+    def velocity(self) -> Array:
+        """(T, n, 3), of the fingertips' centres."""
+        return _rate(self.centre, self.dt)
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """(T, n, 3), of the fingertips' centres."""
+        return _rate(self.velocity, self.dt)
+
+    def inertia_wrench(self, mass: float, inertia: Array, length: float) -> Array:
+        """Return (T, 6), the wrench that moving like this takes, about the centre, object frame.
+
+        Args:
+            mass: M [kg].
+            inertia: (3, 3), J [kg m^2].
+            length: metres per unit of length of this timeline.
+        """
+        acceleration = length * _rate(_rate(self.position, self.dt), self.dt)
+        force = mass * np.einsum("tji,tj->ti", self.rotation, acceleration)
+        momentum = np.einsum(
+            "tij,jk,tlk,tl->ti", self.rotation, inertia, self.rotation, self.spin
+        )
+        moment = np.einsum("tji,tj->ti", self.rotation, _rate(momentum, self.dt))
+        return np.concatenate([force, moment], axis=1)
+
+
+def _rate(values: Array, dt: float) -> Array:
+    rate: Array = np.gradient(values, dt, axis=0)
+    return rate
+
+
+def joined(parts: Sequence[Timeline]) -> Timeline:
+    """Return the parts one after the other."""
+    arrays = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in Timeline.__dataclass_fields__
+        if name not in ("dt", "notes")
+    }
+    notes = tuple(note for part in parts for note in part.notes)
+    return Timeline(dt=parts[0].dt, notes=notes, **arrays)

@@ -1,0 +1,151 @@
+"""A lifted finger's way from one placement to the next, clear of everything."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.solids import Body
+from gm_ompl.problem import Problem
+
+CELLS = 36
+"""Grid cells along the longest side of the region searched."""
+
+LOOK = 24
+"""Points looked at along a straight line, per side of the region."""
+
+_STEPS = np.array([s for s in itertools.product((-1, 0, 1), repeat=3) if any(s)])
+
+
+class Clearance:
+    """Which points a fingertip's centre may pass, the object at rest.
+
+    A sphere is clear of a convex piece where its centre is a radius beyond one of its faces: exact
+    beside faces, on the safe side around edges and corners.
+
+    Args:
+        problem: the scenario.
+        pose: where the object rests.
+        finger: the finger that moves.
+        others: (k, 3), centres of the other fingertips.
+        other_radii: (k,).
+        margin: least distance kept.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        pose: Pose,
+        finger: int,
+        others: Array,
+        other_radii: Array,
+        margin: float,
+    ) -> None:
+        self._reach = float(problem.fingers.radius[finger]) + margin
+        self._floor = problem.environment.floor
+        self._planes = [
+            (p.face_normals @ pose.rotation.T,
+             p.face_offsets + p.face_normals @ pose.rotation.T @ pose.position)
+            for p in problem.body.pieces
+        ]  # fmt: skip
+        fixed: Sequence[Body] = [obstacle.body for obstacle in problem.environment.obstacles]
+        self._planes += [(p.face_normals, p.face_offsets) for body in fixed for p in body.pieces]
+        self._others, self._apart = others, other_radii + self._reach
+
+    def free(self, points: Array) -> BoolArray:
+        """Return (P,), which of ``points`` (P, 3) are clear."""
+        clear = np.ones(len(points), dtype=bool)
+        if self._floor:
+            clear &= points[:, 2] >= self._reach
+        for normals, offsets in self._planes:
+            clear &= (points @ normals.T - offsets).max(axis=1) >= self._reach
+        for centre, apart in zip(self._others, self._apart, strict=True):
+            clear &= np.linalg.norm(points - centre, axis=1) >= apart
+        return clear
+
+    def line(self, a: Array, b: Array, spacing: float) -> bool:
+        """Whether the straight line between two points is clear."""
+        count = max(2, int(np.ceil(np.linalg.norm(b - a) / spacing)) + 1)
+        return bool(self.free(np.linspace(a, b, count)).all())
+
+
+def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | None:
+    """Return the corners (k, 3) of a clear way from ``start`` to ``end``; None if none is found.
+
+    A straight line if it is clear, else the shortest way over a grid, its corners cut.
+
+    Args:
+        clearance: what is clear.
+        start: (3,), clear.
+        end: (3,), clear.
+        size: how far around the two ends to search.
+    """
+    low, high = np.minimum(start, end) - size, np.maximum(start, end) + size
+    spacing = float((high - low).max()) / CELLS
+    look = spacing / 4.0
+    if clearance.line(start, end, look):
+        return np.array([start, end])
+    shape = np.ceil((high - low) / spacing).astype(int) + 1
+    index = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    points = low + spacing * index
+    free = clearance.free(points)
+    ends = [_nearest(clearance, points, free, point, look) for point in (start, end)]
+    if ends[0] is None or ends[1] is None:
+        return None
+    cells = _shortest(free, tuple(map(int, shape)), ends[0], ends[1])
+    if cells is None:
+        return None
+    return _cut(clearance, np.array([start, *points[cells], end]), look)
+
+
+def _nearest(
+    clearance: Clearance, points: Array, free: BoolArray, to: Array, look: float
+) -> int | None:
+    distance = np.where(free, np.linalg.norm(points - to, axis=1), np.inf)
+    for row in np.argsort(distance)[:200]:
+        if free[row] and clearance.line(points[row], to, look):
+            return int(row)
+    return None
+
+
+def _shortest(
+    free: BoolArray, shape: tuple[int, ...], start: int, goal: int
+) -> list[int] | None:
+    """Return the cells of the shortest way over free neighbours (A*)."""
+    lengths = np.linalg.norm(_STEPS, axis=1)
+    there = np.array(np.unravel_index(goal, shape))
+    best, parent = {start: 0.0}, {start: start}
+    queue = [(0.0, start)]
+    while queue:
+        _, cell = heapq.heappop(queue)
+        if cell == goal:
+            cells = [cell]
+            while parent[cells[-1]] != cells[-1]:
+                cells.append(parent[cells[-1]])
+            return cells[::-1]
+        here = np.array(np.unravel_index(cell, shape))
+        near = here + _STEPS
+        inside = ((near >= 0) & (near < shape)).all(axis=1)
+        rows = np.ravel_multi_index(tuple(near[inside].T), shape)
+        ahead = np.linalg.norm(near[inside] - there, axis=1)
+        for row, step, left in zip(rows.tolist(), lengths[inside], ahead, strict=True):
+            cost = best[cell] + float(step)
+            if free[row] and cost < best.get(row, np.inf):
+                best[row], parent[row] = cost, cell
+                heapq.heappush(queue, (cost + float(left), row))
+    return None
+
+
+def _cut(clearance: Clearance, corners: Array, look: float) -> Array:
+    """Return the corners left when every clear short cut is taken, from the start on."""
+    kept, k = [corners[0]], 0
+    while k < len(corners) - 1:
+        ahead = range(len(corners) - 1, k + 1, -1)
+        k = next((j for j in ahead if clearance.line(corners[k], corners[j], look)), k + 1)
+        kept.append(corners[k])
+    return np.array(kept)

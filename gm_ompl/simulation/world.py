@@ -1,0 +1,120 @@
+"""The simulated bodies in SI units: what is there, before any simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.problem import Problem
+from gm_ompl.simulation.units import Units
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Bodies and friction, SI units.
+
+    Attributes:
+        pieces: per convex piece of the object its vertices (v, 3), object frame.
+        mass: the object's.
+        inertia: (3, 3), about the centre of mass, object frame.
+        obstacles: per convex piece its vertices (v, 3), world frame.
+        floor: whether the half space z < 0 is solid.
+        radius: (n,), of the fingertips.
+        friction: (n,), Coulomb coefficient of each fingertip against the object.
+        environment_friction: Coulomb coefficient of floor and obstacles against the object.
+        gravity: g, along -z.
+        offset: (n, 3), error of each fingertip's place, object frame.
+        lift: how much higher than planned the object starts, so that an object of another size
+            does not start inside the floor.
+    """
+
+    pieces: tuple[Array, ...]
+    mass: float
+    inertia: Array
+    obstacles: tuple[Array, ...]
+    floor: bool
+    radius: Array
+    friction: Array
+    environment_friction: float
+    gravity: float
+    offset: Array
+    lift: float = 0.0
+
+    @property
+    def size(self) -> float:
+        """D, the diagonal of the object's bounding box."""
+        corners = np.concatenate(self.pieces)
+        return float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
+
+
+def world(problem: Problem, units: Units) -> World:
+    """Return the scenario's bodies in SI units."""
+    fingers, environment = problem.fingers, problem.environment
+    return World(
+        pieces=tuple(units.length * piece.vertices for piece in problem.body.pieces),
+        mass=units.mass * problem.mass,
+        inertia=units.mass * units.length**2 * problem.inertia,
+        obstacles=tuple(
+            units.length * piece.vertices
+            for obstacle in environment.obstacles
+            for piece in obstacle.body.pieces
+        ),
+        floor=environment.floor,
+        radius=units.length * fingers.radius,
+        friction=np.array(fingers.friction),
+        environment_friction=environment.friction,
+        gravity=units.gravity,
+        offset=np.zeros((fingers.count, 3)),
+    )
+
+
+def varied(nominal: World, share: float, normals: Array, rng: np.random.Generator) -> World:
+    """Return a world that differs from the model by up to ``share`` in what is hard to know.
+
+    Each coefficient of friction, the mass and each side of the object are off by a factor drawn
+    evenly from 1 - share to 1 + share; each fingertip by up to ``share`` of the object's size D,
+    in its surface.
+
+    Args:
+        nominal: the world as modelled.
+        share: 0.03 for three per cent.
+        normals: (n, 3), the first placements' normals, object frame.
+        rng: where the errors come from.
+    """
+    n = len(nominal.radius)
+
+    def factor(count: int) -> Array:
+        drawn: Array = rng.uniform(1.0 - share, 1.0 + share, count)
+        return drawn
+
+    sides, heavier = factor(3), float(factor(1)[0])
+    shift = rng.uniform(-share, share, (n, 3)) * nominal.size
+    shift -= np.einsum("ni,ni->n", shift, normals)[:, None] * normals
+    # J of a body stretched along its axes, from its second moments.
+    moments = np.trace(nominal.inertia) / 2.0 * np.eye(3) - nominal.inertia
+    moments = moments * np.outer(sides, sides)
+    inertia = heavier * (np.trace(moments) * np.eye(3) - moments)
+    return replace(
+        nominal,
+        pieces=tuple(piece * sides for piece in nominal.pieces),
+        mass=heavier * nominal.mass,
+        inertia=inertia,
+        friction=nominal.friction * factor(n),
+        environment_friction=nominal.environment_friction * float(factor(1)[0]),
+        offset=shift,
+    )
+
+
+def lifted(errant: World, nominal: World, rotation: Array) -> World:
+    """Return ``errant`` with its object raised or lowered so that it stands as the planned one.
+
+    Args:
+        errant: a world with an object of another size.
+        nominal: the world as modelled.
+        rotation: (3, 3), object to world at the start.
+    """
+    down = rotation[2]
+    lowest = [float((np.concatenate(w.pieces) @ down).min()) for w in (errant, nominal)]
+    return replace(errant, lift=lowest[1] - lowest[0])

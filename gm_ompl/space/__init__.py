@@ -1,0 +1,1 @@
+"""The same configurations for OMPL: state space, validity, motions, objective and goal."""

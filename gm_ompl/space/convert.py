@@ -1,0 +1,74 @@
+"""OMPL state <-> object coordinates and placements: the only place that knows both."""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.planar import FULL_TURN
+from gm_ompl.problem import Problem
+from gm_ompl.sampling.motions import UNPLACED, HybridState
+
+
+@final
+class Codec:
+    """What the states of a problem's compound space (``gm_ompl.space.layout``) mean.
+
+    It keeps no space and no state, so whatever holds it can be freed with its space.
+
+    Attributes:
+        problem: what the states are states of.
+        start: the start state, as it reads back from OMPL.
+        nowhere: a state that is valid nowhere: no finger is placed, the object not at the start.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        motion = problem.motion
+        self._d, self._n = motion.dimension, problem.fingers.count
+        self._centres = [
+            None if period is None else low + period / 2.0
+            for low, period in zip(motion.low, motion.periods, strict=True)
+        ]
+        self._scales = [(period or 0.0) / FULL_TURN for period in motion.periods]
+        given = (UNPLACED if row is None else row for row in problem.fingers.start)
+        self.start = HybridState(self._as_read(problem.start), tuple(given))
+        far = tuple(
+            high if high - q >= q - low else low
+            for q, low, high in zip(problem.start, motion.low, motion.high, strict=True)
+        )
+        self.nowhere = HybridState(far, (UNPLACED,) * self._n)
+
+    def read(self, state: Any) -> HybridState:
+        """Return what an OMPL state means; the state is not kept."""
+        first = self._d
+        rows = tuple(state[first + i].value + UNPLACED for i in range(self._n))
+        return HybridState(self._coordinates(state), rows)
+
+    def write(self, state: Any, meaning: HybridState) -> None:
+        """Make an OMPL state mean ``meaning``."""
+        for k, (value, centre) in enumerate(zip(meaning.q, self._centres, strict=True)):
+            if centre is None:
+                state[k][0] = value
+            else:
+                state[k].value = self._angle(k, value)
+        for i, row in enumerate(meaning.placements):
+            state[self._d + i].value = row - UNPLACED
+
+    def _coordinates(self, state: Any) -> Coordinates:
+        return tuple(
+            state[k][0] if centre is None else centre + state[k].value * self._scales[k]
+            for k, centre in enumerate(self._centres)
+        )
+
+    def _angle(self, k: int, value: float) -> float:
+        """Return the circular part, in [-pi, pi], that stands for coordinate ``k``."""
+        angle = (value - (self._centres[k] or 0.0)) / self._scales[k]
+        return angle - FULL_TURN * round(angle / FULL_TURN)
+
+    def _as_read(self, q: Coordinates) -> Coordinates:
+        """Return ``q`` as it reads back from a state: wrapped, with that way's rounding."""
+        return tuple(
+            value if centre is None else centre + self._angle(k, value) * self._scales[k]
+            for k, (value, centre) in enumerate(zip(q, self._centres, strict=True))
+        )

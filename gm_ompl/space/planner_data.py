@@ -1,0 +1,70 @@
+"""OMPL's PlannerData with our costs as weights, and with states of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ompl import base as ob
+
+from gm_ompl.sampling.motions import HybridState
+from gm_ompl.space.convert import Codec
+from gm_ompl.space.motions import Motions
+
+
+@dataclass(frozen=True)
+class Tree:
+    """What a planner explored.
+
+    Attributes:
+        states: the vertices.
+        edges: (from, to), numbers of vertices, in the direction of execution.
+        starts: vertices that are starts.
+        goals: vertices that are goals.
+    """
+
+    states: tuple[HybridState, ...]
+    edges: tuple[tuple[int, int], ...]
+    starts: frozenset[int]
+    goals: frozenset[int]
+
+
+def chain(states: Sequence[HybridState]) -> Tree:
+    """Return a path as a tree."""
+    last = len(states) - 1
+    edges = tuple((k, k + 1) for k in range(last))
+    return Tree(tuple(states), edges, frozenset([0]), frozenset([last]))
+
+
+def tree_of(data: Any, codec: Codec) -> Tree:
+    """Return what OMPL's ``data`` holds; its planner must not have been cleared."""
+    count = data.numVertices()
+    return Tree(
+        states=tuple(codec.read(data.getVertex(k).getState()) for k in range(count)),
+        edges=tuple((k, int(other)) for k in range(count) for other in data.getEdges(k)),
+        starts=frozenset(k for k in range(count) if data.isStartVertex(k)),
+        goals=frozenset(k for k in range(count) if data.isGoalVertex(k)),
+    )
+
+
+def planner_data(si: Any, codec: Codec, motions: Motions, tree: Tree) -> Any:
+    """Return ``tree`` as OMPL's ``PlannerData``, each edge weighted by Eqs. (9) and (10)."""
+    data = ob.PlannerData(si)
+    kept = []  # vertices are known by their states' addresses until they are decoupled
+    for number, meaning in enumerate(tree.states):
+        state = si.allocState()
+        codec.write(state, meaning)
+        vertex = ob.PlannerDataVertex(state)
+        kept.append((state, vertex))
+        if number in tree.starts:
+            data.addStartVertex(vertex)
+        elif number in tree.goals:
+            data.addGoalVertex(vertex)
+        else:
+            data.addVertex(vertex)
+    for a, b in tree.edges:
+        cost = motions.cost(tree.states[a], tree.states[b])
+        data.addEdge(a, b, ob.PlannerDataEdge(), ob.Cost(cost))
+    data.decoupleFromPlanner()
+    return data

@@ -1,0 +1,91 @@
+"""``python -m gm_ompl.study.ablation [PAGE]``: what the search owes to what.
+
+Measures the paper's scenarios without heuristic, with the paper's and with the search over lanes,
+and time and memory of the latter against segments, grid and fingers; writes the tables into PAGE
+(docs/ablation.md). Takes about ten minutes on one core.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gm_ompl.study.measure import Measurement, measure
+from gm_ompl.study.pages import number, table, write_tables
+
+SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/cork", "paper/regrasp")
+HEURISTICS = (("none", "none"), ("travel", "(11)"), ("lanes", "lanes"))
+LIMIT = 600.0
+"""Wall time per search [s]."""
+
+SEGMENTS = (15, 30, 60, 120, 240)
+GRIDS = (3, 5, 7, 9, 13)
+FINGERS = (1, 2, 3)
+AXES: dict[str, list[tuple[int, tuple[str, ...]]]] = {
+    "segments": [(n, (f"lattice.segments={n}",)) for n in SEGMENTS],
+    "grid": [(m, (f"fingers.placements.grid=[{m}, {m}]",)) for m in GRIDS],
+    "fingers": [(n, (f"fingers.count={n}", "fingers.placements.grid=[3, 3]")) for n in FINGERS],
+}
+SCALED = ("paper/tumble", "paper/regrasp")
+
+
+def heuristics() -> str:
+    """Return the table of the three searches."""
+    rows = []
+    for scenario in SCENARIOS:
+        for heuristic, name in HEURISTICS:
+            found = measure(scenario, heuristic, time_limit=LIMIT, repeat=heuristic == "lanes")
+            rows.append((
+                scenario, name, ending(found), number(found.cost, 6), number(found.expanded),
+                number(found.decisions), number(found.seconds), number(found.megabytes),
+            ))  # fmt: skip
+    head = ("scenario", "heuristic", "ends", "cost", "expanded", "mode decisions", "s", "MiB")
+    return table(head, rows)
+
+
+def scaling() -> str:
+    """Return the table of time and memory, with exponents from straight lines in log-log."""
+    rows = []
+    for scenario in SCALED:
+        for axis, steps in AXES.items():
+            points = [(x, measure(scenario, "lanes", changes, LIMIT)) for x, changes in steps]
+            for x, found in points:
+                rows.append((
+                    scenario, axis, x, number(found.nodes), ending(found), number(found.expanded),
+                    number(found.decisions), number(found.seconds), number(found.megabytes),
+                ))  # fmt: skip
+            rows.append((
+                scenario, f"{axis}: exponent", "", f"{slope(points, 'nodes'):.2f}", "",
+                f"{slope(points, 'expanded'):.2f}", f"{slope(points, 'decisions'):.2f}",
+                f"{slope(points, 'seconds'):.2f}", f"{slope(points, 'megabytes'):.2f}",
+            ))  # fmt: skip
+    head = (
+        "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "s", "MiB",
+    )  # fmt: skip
+    return table(head, rows)
+
+
+def ending(found: Measurement) -> str:
+    """Return how a search ended, in two words."""
+    return "proven optimal" if found.optimal else found.status
+
+
+def slope(points: Sequence[tuple[int, Measurement]], what: str) -> float:
+    """Return the exponent p of ``what`` ~ x^p, least squares in logarithms."""
+    x = np.log([float(value) for value, _ in points])
+    y = np.log([max(float(getattr(found, what)), 1e-9) for _, found in points])
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure everything and write the page."""
+    page = Path(arguments[0] if arguments else "docs/ablation.md")
+    write_tables(page, {"heuristics": heuristics()})
+    write_tables(page, {"scaling": scaling()})
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,89 @@
+"""More force, more friction, more facets: what z does."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.state import Instant
+from gm_ompl.geometry.mass import mass_properties
+from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.geometry.solids import Body, hull
+from gm_ompl.mechanics.columns import directions
+from gm_ompl.mechanics.instant import decide_instant, instant_columns
+from gm_ompl.mechanics.stability import margin
+from gm_ompl.problem import Environment
+
+
+def z_of(instant: Instant, mask: int) -> float:
+    """z with the best f_com for a fixed set of position-controlled fingers; Problem (5) unasked."""
+    env, q, tips, f_max = instant_columns(instant)
+    force = np.array([not (mask >> i) & 1 for i in range(len(f_max))])
+    _, z, _ = margin(
+        env, q, tips, f_max, force, directions(), 0.0, np.zeros(len(f_max)), np.zeros(6)
+    )
+    return float(z) * instant.force_scale
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_z_never_falls_when_limits_or_friction_grow(seed: int, instances: ModuleType) -> None:
+    """For fixed modes: a finger's limit, a finger's friction, the static contacts' friction."""
+    rng = np.random.default_rng(seed)
+    instant = instances.random_instance(rng, int(rng.integers(1, 4)))
+    mask = int(rng.integers(1 << len(instant.points)))
+    i = int(rng.integers(len(instant.points)))
+    limits, friction = instant.max_normal_force.copy(), instant.friction.copy()
+    limits[i] *= rng.uniform(1.0, 3.0)
+    friction[i] *= rng.uniform(1.0, 2.0)
+    grown = [
+        dataclasses.replace(instant, max_normal_force=limits),
+        dataclasses.replace(instant, friction=friction),
+    ]
+    if not instant.contacts.slip.any():
+        more = instant.environment_friction * rng.uniform(1.0, 2.0)
+        grown.append(dataclasses.replace(instant, environment_friction=more))
+    z = z_of(instant, mask)
+    for other in grown:
+        assert other.force_scale == pytest.approx(instant.force_scale) or instant.gravity == 0
+        assert z_of(other, mask) >= z - 1e-7 * max(abs(z), 1e-3 * instant.force_scale)
+
+
+def cylinder(facets: int) -> Body:
+    """A cylinder of radius 1 and height 2 about z; a corner at angle 0."""
+    angle = 2 * np.pi * np.arange(facets) / facets
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return Body((hull([[x, y, z] for z in (-1.0, 1.0) for x, y in ring]),))
+
+
+TWISTS = {
+    "at rest": None,
+    "sliding": Twist([1.0, 0.3, 0.0], np.zeros(3)),
+    "turning": Twist(np.zeros(3), [0.0, 0.0, 1.0]),
+    "both": Twist([0.4, -0.1, 0.0], [0.0, 0.0, 0.5]),
+}
+
+
+@pytest.mark.parametrize("name", TWISTS)
+def test_a_cylinder_of_many_facets_converges(name: str) -> None:
+    """z at fixed fingertip points with 12, 24, 48, 96 facets nears that with 192, as 1/n^2."""
+    pose, found = Pose(np.eye(3), [0.0, 0.0, 1.0]), []
+    for facets in (12, 24, 48, 96, 192):
+        body = cylinder(facets)
+        contacts = environment_contacts(body, Environment(True, (), 0.4), pose)
+        assert len(contacts.points) == facets
+        instant = Instant(
+            contacts=contact_state(contacts, pose, TWISTS[name], body),
+            points=np.array([[1.0, 0.0, -0.5], [-1.0, 0.0, -0.4], [0.0, 0.0, 1.0]]),
+            normals=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+            friction=np.full(3, 0.8), max_normal_force=np.full(3, 12.0), environment_friction=0.4,
+            mass=1.0, inertia=mass_properties(body, 1.0).inertia, gravity=9.8,
+        )  # fmt: skip
+        found.append(decide_instant(instant).z)
+    errors = np.abs(np.array(found[:-1]) - found[-1]) / found[-1]
+    assert found[-1] > 0.1
+    assert errors[0] < 0.1
+    assert (errors <= 1.5 * errors[0] * (12.0 / np.array([12, 24, 48, 96])) ** 2 + 1e-6).all()

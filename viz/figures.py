@@ -1,0 +1,206 @@
+"""What happens along a plan, plotted: normal forces, control modes, z and fingertip travel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
+
+from . import palette
+from .canvas import COLUMN, new_figure, title
+from .normal_forces import normal_force_ranges
+from .story import Beat, Story
+
+RANGES: Final = 400
+"""Ranges of normal force are computed for at most this many segments, evenly chosen."""
+
+LOGARITHMIC: Final = 30.0
+"""z is drawn on a logarithmic scale where its greatest value is this many times z_min."""
+
+LINES: Final = ("-", "--", "-.", ":")
+HATCHES: Final = {"P": "", "F": "////"}
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Where each displacement beat lies along the plan.
+
+    Attributes:
+        beats: the displacement beats, in order.
+        start: (b,), where they begin.
+        end: (b,), where they end.
+        regrasps: per regrasp, its place and its finger.
+        label: what the axis counts.
+        travel: (b + 1, n), how far each fingertip's centre has come; regrasps add nothing.
+    """
+
+    beats: tuple[Beat, ...]
+    start: Array
+    end: Array
+    regrasps: tuple[tuple[float, int], ...]
+    label: str
+    travel: Array
+
+
+def axis_of(story: Story) -> Axis:
+    """Return the axis: s along a path that is never retraced, else displacement steps."""
+    displacements = [step for step in story.plan.steps if step.kind == "displacement"]
+    forward = len(story.problem.motion.names) == 1 and all(
+        step.to[0] >= step.from_[0] for step in displacements
+    )
+    beats, start, end, regrasps = [], [], [], []
+    travel = [np.zeros(story.problem.fingers.count)]
+    done = 0
+    for beat in story.beats:
+        step = story.plan.steps[beat.step]
+        if step.kind == "regrasp":
+            regrasps.append((step.at[0] if forward else float(done), step.finger))
+            continue
+        assert beat.segment is not None
+        low, high = (step.from_[0], step.to[0]) if forward else (float(done), done + 1.0)
+        width = (high - low) / len(step.segments)
+        beats.append(beat)
+        start.append(low + beat.segment * width)
+        end.append(low + (beat.segment + 1) * width)
+        travel.append(travel[-1] + _chords(story, beat))
+        done += beat.segment == len(step.segments) - 1
+    return Axis(
+        tuple(beats), np.array(start), np.array(end), tuple(regrasps),
+        f"{story.problem.motion.names[0]} along the path" if forward else "displacement steps",
+        np.array(travel),
+    )  # fmt: skip
+
+
+def _chords(story: Story, beat: Beat) -> Array:
+    """Return how far each fingertip's centre moves in ``beat``, as Eq. (9) measures it."""
+    first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in beat.poses[[0, -1]])
+    centres = np.array([story.centre(i, place) for i, place in enumerate(beat.placements)])
+    moved: Array = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
+    return moved
+
+
+def forces_figure(story: Story) -> Any:
+    """Return the figure of a plan's forces, modes, z and travel, a paper's column wide.
+
+    Under force control the commanded force is drawn; under position control, where statics
+    leaves the force open, the range that equilibrium allows.
+
+    Raises:
+        InputError: the plan has no displacement.
+    """
+    axis = axis_of(story)
+    if not axis.beats:
+        raise InputError("the plan has no displacement steps: there is nothing to plot")
+    n = story.problem.fingers.count
+    heights = [0.8] * n + [0.22 * n + 0.1, 1.0, 0.8]
+    figure = new_figure(COLUMN, 0.7 + sum(heights))
+    axes = figure.subplots(n + 3, 1, sharex=True, height_ratios=heights)
+    figure.suptitle(title(story.name, 48), fontsize=8, parse_math=False)
+    ranges = _ranges(story, axis)
+    for i in range(n):
+        _force(axes[i], story, axis, i, ranges[:, i])
+    _modes(axes[n], axis, n)
+    _stability(axes[n + 1], story, axis)
+    _travel(axes[n + 2], story, axis)
+    for ax in axes:
+        for x, _ in axis.regrasps:
+            ax.axvline(x, color="0.35", linewidth=0.8, linestyle=(0, (4, 2)))
+    for x, finger in axis.regrasps:
+        axes[0].annotate(
+            f"finger {finger} regrasps", (x, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(0, 1), textcoords="offset points", ha="center", va="bottom", fontsize=5.5,
+        )  # fmt: skip
+    axes[-1].set_xlabel(axis.label)
+    axes[-1].set_xlim(axis.start.min(), axis.end.max())
+    figure.align_ylabels(axes)
+    return figure
+
+
+def _ranges(story: Story, axis: Axis) -> Array:
+    """Return the ranges of normal force (b, n, 2); NaN where they were not computed."""
+    count = len(axis.beats)
+    ranges = np.full((count, story.problem.fingers.count, 2), np.nan)
+    for k in np.unique(np.linspace(0, count - 1, min(count, RANGES)).round().astype(int)):
+        if "P" in axis.beats[k].modes:
+            ranges[k] = normal_force_ranges(story, axis.beats[k])
+    return ranges
+
+
+def _edges(axis: Axis, values: Array) -> tuple[Array, Array]:
+    """Return a step curve's corners: each value from its beat's start to its end."""
+    x = np.stack([axis.start, axis.end], axis=1).ravel()
+    return x, np.repeat(values, 2)
+
+
+def _force(ax: Any, story: Story, axis: Axis, i: int, ranges: Array) -> None:
+    limit = float(story.problem.fingers.max_normal_force[i])
+    force = np.array([np.nan if b.f_com[i] is None else b.f_com[i] for b in axis.beats], float)
+    position = np.array([b.modes[i] == "P" for b in axis.beats])
+    known = position & ~np.isnan(ranges).any(axis=1)
+    blue, orange = palette.css(palette.POSITION), palette.css(palette.FORCE)
+    if known.any():
+        thin = len(axis.beats) > RANGES
+        rows = np.flatnonzero(known) if thin else np.arange(len(axis.beats))
+        part = Axis(axis.beats, axis.start[rows], axis.end[rows], (), "", axis.travel)
+        bounds = np.where(known[rows, None], ranges[rows], np.nan)
+        x, low = _edges(part, bounds[:, 0])
+        _, high = _edges(part, bounds[:, 1])
+        ax.fill_between(x, low, high, color=blue, alpha=0.3, linewidth=0.6, label="possible")
+    if (~np.isnan(force)).any():
+        ax.plot(*_edges(axis, force), color=orange, linewidth=1.4, label="commanded")
+    ax.axhline(limit, color="0.3", linewidth=0.7, linestyle=":", label="limit")
+    ax.set_ylabel(f"normal force\nfinger {i}")
+    ax.set_ylim(-0.05 * limit if limit else -0.05, 1.15 * limit if limit else 1.0)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+
+
+def _modes(ax: Any, axis: Axis, n: int) -> None:
+    """Draw one ribbon per finger: plain under position control, hatched under force control."""
+    colours = {"P": palette.css(palette.POSITION), "F": palette.css(palette.FORCE)}
+    names = {"P": "position", "F": "force"}
+    seen: set[str] = set()
+    for i in range(n):
+        k = 0
+        while k < len(axis.beats):
+            mode, first = axis.beats[k].modes[i], k
+            while k < len(axis.beats) and axis.beats[k].modes[i] == mode:
+                k += 1
+            low, high = axis.start[first:k].min(), axis.end[first:k].max()
+            ax.barh(
+                i, high - low, left=low, height=0.62, color=colours[mode], hatch=HATCHES[mode],
+                edgecolor="white", linewidth=0.0, label="" if mode in seen else names[mode],
+            )  # fmt: skip
+            seen.add(mode)
+    ax.set_yticks(range(n), [str(i) for i in range(n)])
+    ax.set_ylim(n - 0.5, -0.5)
+    ax.set_ylabel("mode of\nfinger")
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+
+
+def _stability(ax: Any, story: Story, axis: Axis) -> None:
+    z = np.array([beat.z for beat in axis.beats])
+    threshold = story.problem.mechanics.z_min
+    ax.plot(*_edges(axis, z), color=palette.css(palette.MARGIN), label="z")
+    ax.axhline(threshold, color="#b00000", linewidth=0.8, linestyle="--", label="z_min")
+    if threshold > 0 and z.min() > 0 and z.max() > LOGARITHMIC * threshold:
+        ax.set_yscale("log")
+    else:
+        ax.set_ylim(bottom=min(0.0, float(z.min())))
+    ax.set_ylabel("stability z")
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+
+
+def _travel(ax: Any, story: Story, axis: Axis) -> None:
+    ends = axis.travel[1:]
+    for i in range(story.problem.fingers.count):
+        x = np.append(axis.start[:1], axis.end)
+        y = np.append([0.0], ends[:, i])
+        ax.plot(x, y, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
+    ax.set_ylabel("fingertip\ntravel")
+    ax.set_ylim(bottom=0.0)
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)

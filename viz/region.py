@@ -1,0 +1,137 @@
+"""The part of the world that is drawn: where the plan happens, and a margin around it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.errors import GeometryError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.solids import ConvexPiece, hull
+
+from .story import Story
+
+MARGIN: Final = 0.35
+"""Room around everything that moves, in D."""
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """An axis-parallel box, world frame.
+
+    Attributes:
+        low: (3,), least coordinates.
+        high: (3,), greatest coordinates.
+    """
+
+    low: Array
+    high: Array
+
+    @property
+    def centre(self) -> Array:
+        """The middle, (3,)."""
+        middle: Array = 0.5 * (self.low + self.high)
+        return middle
+
+    @property
+    def diagonal(self) -> float:
+        """Distance between opposite corners."""
+        return float(np.linalg.norm(self.high - self.low))
+
+
+def neighbourhood(story: Story) -> Region:
+    """Return the region that the object and its fingertips sweep, and a margin."""
+    problem = story.problem
+    points = [_corners(row, problem.body.vertices) for row in _pose_rows(story)]
+    for beat in story.beats:
+        pose = _pose(beat.poses[-1])
+        for i, place in enumerate(beat.placements):
+            centre, radius = story.centre(i, place), float(problem.fingers.radius[i])
+            tip = pose.apply(centre)
+            points.append(np.array([tip - radius, tip + radius]))
+    every = np.concatenate(points)
+    margin = MARGIN * problem.body.diagonal
+    low, high = every.min(axis=0) - margin, every.max(axis=0) + margin
+    if problem.environment.floor:
+        low[2] = 0.0
+    return Region(low, high)
+
+
+def _pose_rows(story: Story) -> Iterator[Array]:
+    if not story.beats:
+        yield story.rest_pose()
+    for beat in story.beats:
+        yield from beat.poses[[0, -1]]
+
+
+def _pose(row: Array) -> Pose:
+    return Pose.from_quaternion(row[:3], row[3:])
+
+
+def _corners(row: Array, vertices: Array) -> Array:
+    return _pose(row).apply(vertices)
+
+
+def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:
+    """Return the part of ``piece`` inside ``region``; None where they do not overlap.
+
+    A corner of the part is either on a clipped face of the piece or a corner of the region.
+    """
+    corners = np.array(np.meshgrid(*zip(region.low, region.high, strict=True))).reshape(3, -1).T
+    inside = (corners @ piece.face_normals.T <= piece.face_offsets).all(axis=1)
+    points = [corners[inside]]
+    points += [_cut(piece.vertices[list(face)], region) for face in piece.faces]
+    cloud = np.concatenate(points)
+    if len(cloud) < 4 or (np.ptp(cloud, axis=0) <= 1e-9 * region.diagonal).any():
+        return None
+    middle = cloud.mean(axis=0)
+    try:
+        return hull(cloud) if np.isfinite(middle).all() else None
+    except GeometryError:
+        return None
+
+
+def _cut(polygon: Array, region: Region) -> Array:
+    """Return the polygon (k, 3) cut to the region, half space by half space."""
+    for axis in range(3):
+        for sign, limit in ((1.0, region.high[axis]), (-1.0, -region.low[axis])):
+            polygon = _half(polygon, sign * polygon[:, axis] - limit)
+            if not len(polygon):
+                return polygon
+    return polygon
+
+
+def _half(polygon: Array, height: Array) -> Array:
+    """Return the part of the polygon where ``height`` (k,) is not positive."""
+    kept: list[Array] = []
+    for k in range(len(polygon)):
+        a, b = polygon[k - 1], polygon[k]
+        ha, hb = float(height[k - 1]), float(height[k])
+        if (ha > 0) != (hb > 0):
+            kept.append(a + (b - a) * (ha / (ha - hb)))
+        if hb <= 0:
+            kept.append(b)
+    return np.array(kept).reshape(-1, 3)
+
+
+def triangles_of(faces: tuple[tuple[int, ...], ...], corners: Array) -> Array:
+    """Return the faces as triangles (t, 3, 3)."""
+    fans = [(face[0], b, c) for face in faces for b, c in itertools.pairwise(face[1:])]
+    triangles: Array = corners[np.array(fans)]
+    return triangles
+
+
+def edges_of(faces: tuple[tuple[int, ...], ...], corners: Array) -> Array:
+    """Return each edge of the faces once, (e, 2, 3)."""
+    pairs = {
+        (min(a, b), max(a, b))
+        for face in faces
+        for a, b in zip(face, face[1:] + face[:1], strict=True)
+    }
+    edges: Array = corners[np.array(sorted(pairs))]
+    return edges

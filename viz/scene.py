@@ -1,0 +1,240 @@
+"""The scene as meshcat's messages: the only import of meshcat.
+
+Nothing is sent anywhere: a ``Recorder`` stands in for meshcat's window and keeps the packed
+messages, which a page then hands to meshcat's viewer in order. Nodes carry fixed names; nothing a
+user wrote is in them.
+
+Below ``/meshcat/world`` lengths and coordinates are the plan's own, world frame; the node itself
+holds the map to meshcat's units, in which every scene is about ``VIEW_SIZE`` across.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, Final
+
+import numpy as np
+import umsgpack
+
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.solids import Body, ConvexPiece
+
+from . import palette
+from .region import Region, clipped, edges_of, neighbourhood, triangles_of
+from .story import Story
+from .viewpoint import viewpoint
+
+with warnings.catch_warnings():
+    # meshcat's server, unused here, imports a deprecated part of pyzmq.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    import meshcat
+    import meshcat.geometry as g
+
+VIEW_SIZE: Final = 3.0
+"""Diagonal of the region in meshcat's units; its camera and lights are made for a few units."""
+
+ARROW: Final = 0.5
+"""Length of an arrow's shaft at f_max, in D."""
+
+FIELD_OF_VIEW: Final = 40.0
+"""Vertical field of view of the camera [deg]."""
+
+
+class Recorder:
+    """Keeps the messages that a ``meshcat.Visualizer`` sends.
+
+    Attributes:
+        messages: packed, in order.
+        web_url: meshcat asks for it; there is no server.
+    """
+
+    web_url = ""
+
+    def __init__(self) -> None:
+        self.messages: list[bytes] = []
+
+    def send(self, command: Any) -> None:
+        """Keep ``command``."""
+        self.messages.append(umsgpack.packb(command.lower()))
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMessages:
+    """Everything that the viewer needs to draw the scene.
+
+    Attributes:
+        messages: packed for meshcat's ``handle_command_bytearray``, in order.
+        scale: meshcat units per unit of length.
+        centre: (3,), the world point at meshcat's origin.
+        arrow: length of an arrow's shaft at f_max.
+        slots: number of contact markers.
+    """
+
+    messages: tuple[bytes, ...]
+    scale: float
+    centre: Array
+    arrow: float
+    slots: int
+
+
+def viewer_script() -> str:
+    """Return the source of meshcat's viewer, three.js included."""
+    path = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    return path.read_text(encoding="utf-8")
+
+
+def scene_messages(story: Story) -> SceneMessages:
+    """Return the scene of ``story``, nothing yet posed but what never moves."""
+    region = neighbourhood(story)
+    recorder = Recorder()
+    view = meshcat.Visualizer(window=recorder)
+    scale = VIEW_SIZE / region.diagonal
+    world = view["world"]
+    world.set_transform(_similarity(scale, -scale * region.centre))
+    for helper in ("/Grid", "/Axes"):
+        view[helper].set_property("visible", False)
+    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
+    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
+    _surroundings(world, story, region)
+    _body(world["object"], story.problem.body)
+    diagonal = story.problem.body.diagonal
+    slots = max((len(beat.contacts.points) for beat in story.beats), default=0)
+    for k in range(slots):
+        _contact_marker(world[f"object/contact{k}"], diagonal)
+    arrow = ARROW * diagonal
+    for i, radius in enumerate(story.problem.fingers.radius.tolist()):
+        _fingertip(world[f"object/finger{i}"], radius, diagonal)
+    _camera(view, story)
+    return SceneMessages(tuple(recorder.messages), scale, region.centre, arrow, slots)
+
+
+def _similarity(scale: float, offset: Array) -> Array:
+    matrix = np.diag([scale, scale, scale, 1.0])
+    matrix[:3, 3] = offset
+    return matrix
+
+
+def _translation(offset: Any) -> Array:
+    return _similarity(1.0, np.asarray(offset))
+
+
+def _surroundings(world: Any, story: Story, region: Region) -> None:
+    if story.problem.environment.floor:
+        size = region.high - region.low
+        thickness = 0.01 * region.diagonal
+        slab = [float(size[0]), float(size[1]), thickness]
+        node = world["floor"]
+        node.set_object(g.Box(slab), g.MeshLambertMaterial(color=palette.FLOOR))
+        node.set_transform(_translation([*region.centre[:2], -0.6 * thickness]))
+    number = 0
+    for obstacle in story.problem.environment.obstacles:
+        for piece in obstacle.body.pieces:
+            part = clipped(piece, region)
+            if part is not None:
+                _piece(world[f"obstacle{number}"], part, palette.OBSTACLE, 0.22)
+                number += 1
+
+
+def _piece(node: Any, piece: ConvexPiece, colour: int, opacity: float) -> None:
+    """Draw a convex piece and its edges, its numbers small wherever in the world it lies."""
+    middle = piece.vertices.mean(axis=0)
+    node.set_transform(_translation(middle))
+    corners = piece.vertices - middle
+    _solid(
+        node, triangles_of(piece.faces, corners), edges_of(piece.faces, corners), colour, opacity
+    )
+
+
+def _body(node: Any, body: Body) -> None:
+    if body.surface:
+        triangles = np.concatenate([face.triangles for face in body.surface])
+        rims = np.concatenate([face.rim for face in body.surface])
+        _solid(node, triangles, rims, palette.OBJECT, 1.0)
+        return
+    for k, piece in enumerate(body.pieces):
+        solid = triangles_of(piece.faces, piece.vertices)
+        edges = edges_of(piece.faces, piece.vertices)
+        _solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 1.0)
+
+
+def _solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
+    """Draw triangles (t, 3, 3), each flat, and edges (e, 2, 3)."""
+    corners = triangles.reshape(-1, 3)
+    mesh = g.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
+    see_through = opacity < 0.5
+    material = g.MeshLambertMaterial(
+        color=colour,
+        opacity=opacity,
+        transparent=see_through,
+        depthWrite=not see_through,
+        polygonOffset=True,  # faces yield to the edges drawn on them
+        polygonOffsetFactor=1,
+        polygonOffsetUnits=1,
+    )
+    node["solid"].set_object(mesh, material)
+    lines = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
+    ink = palette.OBSTACLE if see_through else palette.EDGE
+    node["edges"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=ink)))
+
+
+def _contact_marker(node: Any, diagonal: float) -> None:
+    """Draw both looks of a contact: static (a cube) and sliding (a ball)."""
+    side = 0.03 * diagonal
+    node["static"].set_object(g.Box([side] * 3), g.MeshBasicMaterial(color=palette.STATIC))
+    node["sliding"].set_object(g.Sphere(0.75 * side), g.MeshBasicMaterial(color=palette.SLIDING))
+    node.set_property("visible", False)
+
+
+def _fingertip(node: Any, radius: float, diagonal: float) -> None:
+    """Draw the three looks of a fingertip; its z axis points into the object."""
+    position, force, lifted = (node[name] for name in ("position", "force", "lifted"))
+    ball = g.Sphere(radius)
+    position["ball"].set_object(ball, g.MeshPhongMaterial(color=palette.POSITION))
+    cube = edges_of(_CUBE, 1.08 * radius * _CORNERS)
+    lines = g.PointsGeometry(cube.reshape(-1, 3).T.astype(np.float32))
+    position["frame"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=palette.POSITION)))
+    force["ball"].set_object(ball, g.MeshPhongMaterial(color=palette.FORCE))
+    ring = g.Cylinder(0.3 * radius, 1.22 * radius)
+    force["ring"].set_object(ring, g.MeshPhongMaterial(color=palette.FORCE))
+    force["ring"].set_transform(_upright(np.zeros(3)))
+    _arrow(force["arrow"], radius, diagonal)
+    glass = g.MeshPhongMaterial(color=palette.LIFTED, opacity=0.55)
+    lifted["ball"].set_object(ball, glass)
+    for look in (force, lifted):
+        look.set_property("visible", False)
+
+
+def _arrow(node: Any, radius: float, diagonal: float) -> None:
+    """Draw an arrow that ends at the fingertip's back; the page scales its shaft along z."""
+    thick = min(0.25 * radius, 0.03 * diagonal)
+    head = 3.0 * thick
+    ink = g.MeshPhongMaterial(color=palette.FORCE)
+    # three.js cylinders stand along y, their top towards +y.
+    node["head"].set_object(g.Cylinder(head, radiusTop=0.0, radiusBottom=2.0 * thick), ink)
+    node["head"].set_transform(_upright([0.0, 0.0, -1.1 * radius - 0.5 * head]))
+    foot = node["shaft"]
+    foot.set_transform(_translation([0.0, 0.0, -1.1 * radius - head]))
+    foot["rod"].set_object(g.Cylinder(1.0, thick), ink)
+    foot["rod"].set_transform(_upright([0.0, 0.0, -0.5]))
+
+
+def _upright(offset: Any) -> Array:
+    """Return the transform that turns the y axis to z and moves by ``offset``."""
+    matrix = _translation(offset)
+    matrix[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    return matrix
+
+
+_CORNERS: Final = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+_CUBE: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6))
+
+
+def _camera(view: Any, story: Story) -> None:
+    direction = viewpoint(story)
+    distance = 0.46 * VIEW_SIZE / np.tan(np.deg2rad(0.5 * FIELD_OF_VIEW))
+    x, y, z = distance * direction
+    camera = view["/Cameras/default/rotated/<object>"]
+    camera.set_property("fov", FIELD_OF_VIEW)
+    camera.set_property("position", [float(x), float(z), float(-y)])  # its frame has y up

@@ -1,0 +1,147 @@
+"""The story as the plain values that the page's script plays from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.contact.state import ContactState
+from gm_ompl.plan.model import PlacementRecord
+
+from .scene import SceneMessages
+from .story import Beat, Story
+
+DIGITS: Final = 12
+"""Significant digits of lengths and quaternions."""
+
+PER_THRESHOLD: Final = 20.0
+"""The gauge of z ends at most at this many times z_min."""
+
+
+def score(story: Story, scene: SceneMessages) -> dict[str, Any]:
+    """Return what the page needs beside the scene's messages: JSON's types only.
+
+    ``beats`` are rows: start, end, step, first pose, number of poses, modes, f_com, z, row of
+    ``hands`` (each finger's row of ``places``), row of ``contacts``, lifted finger or -1, row of
+    ``places`` it moves to or -1, row of ``paths`` or -1.
+    """
+    problem = story.problem
+    tables = _Tables(story)
+    beats = [tables.row(beat) for beat in story.beats]
+    poses = [row for beat in story.beats for row in beat.poses] or [story.rest_pose()]
+    return {
+        "duration": story.duration,
+        "scale": scene.scale,
+        "centre": numbers(scene.centre),
+        "arrow": scene.arrow,
+        "slots": scene.slots,
+        "fMax": problem.fingers.max_normal_force.tolist(),
+        "zMin": problem.mechanics.z_min,
+        "zTop": z_top(story),
+        "names": list(problem.motion.names),
+        "steps": _steps(story),
+        "beats": beats,
+        "poses": [numbers(row) for row in poses],
+        "places": tables.places,
+        "hands": tables.hands,
+        "contacts": tables.contacts,
+        "paths": tables.paths,
+        "fingers": problem.fingers.count,
+    }
+
+
+def z_top(story: Story) -> float:
+    """Return the value of z at the end of its gauge and axis."""
+    found = [beat.z for beat in story.beats]
+    if not found:
+        return 1.0
+    threshold = story.problem.mechanics.z_min
+    most = max(found)
+    if threshold > 0:
+        most = min(most, max(PER_THRESHOLD * threshold, 1.5 * float(np.median(found))))
+    return 1.08 * max(most, threshold) or 1.0
+
+
+def _steps(story: Story) -> list[dict[str, Any]]:
+    """Return what can be read of each step; ``spent`` is the cost up to its end."""
+    rows, spent = [], 0.0
+    for start, step in zip(story.step_starts, story.plan.steps, strict=True):
+        ends = (step.at, step.at) if step.kind == "regrasp" else (step.from_, step.to)
+        spent += step.cost
+        rows.append({
+            "t": start, "kind": step.kind, "from": list(ends[0]), "to": list(ends[1]),
+            "cost": step.cost, "spent": spent,
+        })  # fmt: skip
+    return rows
+
+
+class _Tables:
+    """Placements, contact states and paths, each stored once."""
+
+    def __init__(self, story: Story) -> None:
+        self._story = story
+        self.places: list[dict[str, Any]] = []
+        self.hands: list[list[int]] = []
+        self.contacts: list[list[list[float]]] = []
+        self.paths: list[list[list[float]]] = []
+        self._known: dict[object, int] = {}
+        self._poses = 0
+
+    def row(self, beat: Beat) -> list[Any]:
+        """Return ``beat`` as one row."""
+        places = [self._place(i, place) for i, place in enumerate(beat.placements)]
+        target, path = -1, -1
+        if beat.lifted is not None and beat.target is not None:
+            target = self._place(beat.lifted, beat.target)
+            self.paths.append([numbers(p) for p in beat.path])
+            path = len(self.paths) - 1
+        first = self._poses
+        self._poses += len(beat.poses)
+        return [
+            beat.start, beat.end, beat.step, first, len(beat.poses), beat.modes,
+            list(beat.f_com), beat.z, self._once(self.hands, places),
+            self._once(self.contacts, self._markers(beat.contacts)),
+            -1 if beat.lifted is None else beat.lifted, target, path,
+        ]  # fmt: skip
+
+    def _place(self, finger: int, place: PlacementRecord) -> int:
+        centre = self._story.centre(finger, place)
+        return self._once(
+            self.places,
+            {
+                "label": f"{place.face} [{place.cell[0]}, {place.cell[1]}]",
+                "centre": numbers(centre),
+                "turn": numbers(turn_to(np.asarray(place.normal))),
+            },
+        )
+
+    def _markers(self, contacts: ContactState) -> list[list[float]]:
+        step = 1e-6 * self._story.problem.body.diagonal
+        points = np.round(contacts.points / step) * step
+        sliding = [bool(slip.any()) for slip in contacts.slip]
+        return [[*numbers(p), int(s)] for p, s in zip(points, sliding, strict=True)]
+
+    def _once(self, table: list[Any], value: Any) -> int:
+        key = (id(table), repr(value))
+        if key not in self._known:
+            table.append(value)
+            self._known[key] = len(table) - 1
+        return self._known[key]
+
+
+def turn_to(normal: Array) -> Array:
+    """Return the quaternion (w, x, y, z) that turns the z axis to the unit ``normal``."""
+    x, y, z = (float(value) for value in normal)
+    if z < -1.0 + 1e-12:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    quaternion = np.array([1.0 + z, -y, x, 0.0])
+    turned: Array = quaternion / np.linalg.norm(quaternion)
+    return turned
+
+
+def numbers(values: Iterable[float]) -> list[float]:
+    """Return ``values`` as floats of ``DIGITS`` significant digits."""
+    return [float(f"{float(value):.{DIGITS}g}") for value in values]

@@ -1,0 +1,201 @@
+"""Pictures of a search: bound and cost over time, and what it expanded or grew."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from gm_ompl.errors import InputError
+
+from .canvas import COLUMN, new_figure, title
+from .story import Story
+
+FORMAT: Final = "gm-ompl-trace/1"
+
+MARKERS: Final = ("o", "x", "^", "s", "+", "v", "d", "*")
+"""One per reason of an expansion; reasons beyond the last share it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What a trace file says.
+
+    Attributes:
+        header: its first line.
+        history: (time [s], cost or None, bound or None), in time order.
+        expansions: events in order.
+        vertices: by number, as last said; in the order of their first event.
+    """
+
+    header: Mapping[str, Any]
+    history: tuple[tuple[float, float | None, float | None], ...]
+    expansions: tuple[Mapping[str, Any], ...] = ()
+    vertices: Mapping[int, Mapping[str, Any]] | None = None
+
+
+def read_trace(path: Path) -> Trace:
+    """Read a trace file; a last line cut short by an interruption is left out.
+
+    Raises:
+        InputError: it cannot be read or is no trace; the message names file and line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise InputError(f"--trace {path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"--trace {path}: not a text file in UTF-8") from error
+    records = [_record(path, k, line, len(lines)) for k, line in enumerate(lines)]
+    if not records or records[0].get("format") != FORMAT:
+        raise InputError(f'--trace {path}:1: not a trace; its first line says "format": "{FORMAT}"')
+    try:
+        return _trace(records)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"--trace {path}: an event lacks or garbles {error}") from error
+
+
+def _record(path: Path, k: int, line: str, count: int) -> dict[str, Any]:
+    try:
+        record = json.loads(line)
+    except ValueError as error:
+        if k == count - 1 and k > 0:
+            return {}
+        raise InputError(f"--trace {path}:{k + 1}: not a line of JSON") from error
+    if not isinstance(record, dict):
+        raise InputError(f"--trace {path}:{k + 1}: must be one JSON object")
+    return record
+
+
+def _trace(records: list[dict[str, Any]]) -> Trace:
+    history: list[tuple[float, float | None, float | None]] = []
+    expansions: list[Mapping[str, Any]] = []
+    vertices: dict[int, Mapping[str, Any]] = {}
+    for record in records[1:]:
+        match record.get("event"):
+            case "progress":
+                history.append((float(record["time"]), record["cost"], record["lower_bound"]))
+            case "expansion":
+                expansions.append({"q": _floats(record["q"]), **_rest(record, "bound", "why")})
+            case "vertex":
+                number = int(record["number"])
+                vertices[number] = {
+                    "q": _floats(record["q"]), **_rest(record, "parent", "kind", "tree")
+                }  # fmt: skip
+            case "end" if record["history"]:
+                history = [(float(t), cost, bound) for t, cost, bound in record["history"]]
+    return Trace(records[0], tuple(history), tuple(expansions), vertices)
+
+
+def _floats(values: Any) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _rest(record: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {name: record[name] for name in names}
+
+
+def search_figure(story: Story, trace: Trace | None) -> Any:
+    """Return the figure of the search that found ``story.plan``.
+
+    Args:
+        story: the plan.
+        trace: of the same search; without one, bound and cost come from the plan's statistics.
+
+    Raises:
+        InputError: neither knows anything of the search.
+    """
+    told = trace or Trace({"planner": story.plan.planner}, ())
+    history = told.history or story.plan.statistics.history
+    extra = bool(told.expansions) + bool(told.vertices)
+    if not history and not extra:
+        raise InputError("the plan keeps no history of its search; plan it again with --trace FILE")
+    figure = new_figure(COLUMN, 0.4 + 1.7 + 2.3 * extra)
+    axes = list(
+        figure.subplots(1 + extra, 1, squeeze=False, height_ratios=[1.6] + [2.2] * extra)[:, 0]
+    )
+    name = f"{story.name} \u2013 {told.header.get('planner', story.plan.planner)}"
+    figure.suptitle(title(name, 48), fontsize=8, parse_math=False)
+    _bounds(axes.pop(0), history)
+    if told.expansions:
+        _expansions(axes.pop(0), story, told)
+    if told.vertices:
+        _tree(axes.pop(0), story, told.vertices)
+    return figure
+
+
+def _bounds(ax: Any, history: tuple[tuple[float, float | None, float | None], ...]) -> None:
+    """Draw the best cost and the lower bound over time."""
+    looks = ((1, "best cost", "#d55e00", "-"), (2, "lower bound", "#0072b2", "--"))
+    end = max((row[0] for row in history), default=0.0)
+    for column, label, colour, line in looks:
+        points = [(row[0], row[column]) for row in history if row[column] is not None]
+        if points:
+            x, y = zip(*points, strict=True)
+            ax.step([*x, end], [*y, y[-1]], where="post", color=colour, linestyle=line, label=label)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("cost")
+    if ax.lines:
+        ax.legend(frameon=False)
+
+
+def _expansions(ax: Any, story: Story, trace: Trace) -> None:
+    """Draw what was expanded: where, at which bound, when (shade) and why (marker)."""
+    rows = trace.expansions
+    q = np.array([row["q"][0] for row in rows])
+    keys = np.array([np.nan if row["bound"] is None else row["bound"] for row in rows], float)
+    reasons = list(dict.fromkeys(str(row["why"]) for row in rows))
+    order = np.linspace(0.0, 1.0, len(rows))
+    for k, why in enumerate(reasons):
+        chosen = np.array([row["why"] == why for row in rows])
+        ax.scatter(
+            q[chosen], keys[chosen], c=order[chosen], vmin=0.0, vmax=1.0, cmap="viridis_r", s=7,
+            marker=MARKERS[min(k, len(MARKERS) - 1)], linewidths=0.6, label=title(why, 24),
+            rasterized=len(rows) > 5000,
+        )  # fmt: skip
+    if story.plan.cost is not None:
+        ax.axhline(story.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan")
+    ax.set_xlabel(f"{story.problem.motion.names[0]} (light: early, dark: late)")
+    ax.set_ylabel("bound when expanded")
+    ax.legend(frameon=False)
+
+
+def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> None:
+    """Draw the trees over the object's coordinates: x and y, or s against the order of growth."""
+    from matplotlib.collections import LineCollection
+
+    flat = len(story.problem.motion.names) > 1
+    place = {
+        number: (row["q"][0], row["q"][1] if flat else float(k))
+        for k, (number, row) in enumerate(vertices.items())
+    }
+    looks = {
+        ("displacement", "start"): ("#0072b2", "-"), ("regrasp", "start"): ("#d55e00", ":"),
+        ("displacement", "goal"): ("#009e73", "-"), ("regrasp", "goal"): ("#cc79a7", ":"),
+    }  # fmt: skip
+    for (kind, tree), (colour, line) in looks.items():
+        lines = [
+            (place[row["parent"]], place[number])
+            for number, row in vertices.items()
+            if row["parent"] in place and (row["kind"], row["tree"]) == (kind, tree)
+        ]
+        if lines:
+            label = f"{kind} ({tree} tree)"
+            ax.add_collection(
+                LineCollection(lines, colors=colour, linestyles=line, linewidths=0.5, label=label)
+            )
+    points = np.array(list(place.values()))
+    ax.scatter(points[:, 0], points[:, 1], s=2.0, color="0.2", rasterized=len(points) > 5000)
+    steps = [step for step in story.plan.steps if step.kind == "displacement"]
+    if flat and steps:
+        way = np.array([steps[0].from_, *(step.to for step in steps)])
+        ax.plot(way[:, 0], way[:, 1], color="black", linewidth=1.6, label="plan")
+    names = story.problem.motion.names
+    ax.set_xlabel(names[0])
+    ax.set_ylabel(names[1] if flat else "vertex, in order of growth")
+    ax.autoscale_view()
+    ax.legend(frameon=False)
