@@ -16,8 +16,8 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.problem import Problem
 
-MARGIN: Final = 0.05
-"""Room left between the object's circumscribed sphere and the fingertip, in D."""
+MARGIN: Final = 0.08
+"""Room between object and fingertip on the way round, relative to where they would touch."""
 
 LIFT_POINTS: Final = 9
 ROUND_POINTS: Final = 31
@@ -35,17 +35,23 @@ def transit(
     that sphere, and comes down along the new face's normal.
     """
     radius = float(problem.fingers.radius[finger])
-    body = problem.body
-    reach = float(np.linalg.norm(body.vertices, axis=1).max())
-    sphere = reach + radius + MARGIN * body.diagonal
+    touch = float(np.linalg.norm(problem.body.vertices, axis=1).max()) + radius
+    sphere = (1.0 + MARGIN) * touch
     lift = _lift(old, radius, sphere)
     drop = _lift(new, radius, sphere)[::-1]
     up = UP @ pose.rotation
+    # The least z on the sphere, as a share of it, at which the fingertip clears the floor.
+    lowest = (radius - pose.position[2]) / sphere if problem.environment.floor else -1.0
     ways = [
-        _round(lift[-1], drop[0], via, pose, radius, sphere, problem.environment.floor)
+        _round(lift[-1], drop[0], via, pose, floor, sphere)
         for via in (None, up, unit(lift[-1] + drop[0] + sphere * up))
+        for floor in (lowest, -1.0)
     ]
-    best = min(ways, key=lambda way: (_obstructed(problem, pose, way, radius), _length(way)))
+
+    def faults(way: Array) -> tuple[bool, int, float]:
+        return _nearest(way) < touch, _obstructed(problem, pose, way, radius), _length(way)
+
+    best = min(ways, key=faults)
     return np.concatenate([lift, best[1:-1], drop])
 
 
@@ -60,23 +66,14 @@ def _lift(place: PlacementRecord, radius: float, sphere: float) -> Array:
 
 
 def _round(
-    start: Array,
-    end: Array,
-    via: Array | None,
-    pose: Pose,
-    radius: float,
-    sphere: float,
-    floor: bool,
+    start: Array, end: Array, via: Array | None, pose: Pose, lowest: float, sphere: float
 ) -> Array:
-    """Return points on the sphere from ``start`` to ``end``, above the floor where possible."""
+    """Return points on the sphere from ``start`` to ``end``, raised to ``lowest`` if below."""
     stops = [unit(start), *([] if via is None else [unit(via)]), unit(end)]
     arcs = [_great_arc(a, b) for a, b in itertools.pairwise(stops)]
     directions = np.concatenate(arcs)
     directions = directions[np.linspace(0, len(directions) - 1, ROUND_POINTS).round().astype(int)]
-    if floor:
-        lowest = (radius - pose.position[2]) / sphere
-        directions = np.array([_above(d, lowest, pose) for d in directions])
-    way = sphere * directions
+    way = sphere * np.array([_above(direction, lowest, pose) for direction in directions])
     way[0], way[-1] = start, end
     return way
 
@@ -105,10 +102,20 @@ def _above(direction: Array, lowest: float, pose: Pose) -> Array:
     return raised
 
 
+def _nearest(way: Array) -> float:
+    """Return how near the straight lines between points come to the centre of mass."""
+    ends = way[1:] - way[:-1]
+    lengths = np.maximum((ends**2).sum(axis=1), np.finfo(float).tiny)
+    along = np.clip(-(way[:-1] * ends).sum(axis=1) / lengths, 0.0, 1.0)
+    return float(np.linalg.norm(way[:-1] + along[:, None] * ends, axis=1).min())
+
+
 def _obstructed(problem: Problem, pose: Pose, way: Array, radius: float) -> int:
-    """Return how many points of ``way`` lie within ``radius`` of an obstacle's planes."""
+    """Return how many points of ``way`` penetrate the floor or come near an obstacle's planes."""
     points = pose.apply(way)
     blocked = np.zeros(len(points), dtype=bool)
+    if problem.environment.floor:
+        blocked |= points[:, 2] < (1.0 - 1e-6) * radius
     for obstacle in problem.environment.obstacles:
         for piece in obstacle.body.pieces:
             gaps = points @ piece.face_normals.T - piece.face_offsets

@@ -85,7 +85,7 @@ def plan(
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of randomised planners.")] = 0,
     params: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The planner's parameters, a JSON object."),
+        typer.Option(metavar="FILE", help="The planner's parameters, JSON or YAML."),
     ] = None,
     overrides: Annotated[
         list[str] | None,

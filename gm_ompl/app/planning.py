@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
@@ -15,7 +14,7 @@ from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.progress import ProgressLine
 from gm_ompl.app.tracing import TraceFile
 from gm_ompl.app.viewing import write_html
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report
 from gm_ompl.scenario.scenario import Scenario
@@ -103,21 +102,29 @@ def _search(
 
 
 def read_parameters(path: Path | None) -> dict[str, Any]:
-    """Return the planner's parameters from a file that holds one JSON object.
+    """Return the planner's parameters from a file that holds one JSON or YAML object.
 
     Raises:
         InputError: the file cannot be read or holds something else.
     """
     if path is None:
         return {}
+    from gm_ompl.scenario.document import parse
+
     try:
-        parameters = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise InputError(f"--params {path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:  # not JSON, or not UTF-8
-        raise InputError(f"--params {path}: not a JSON file: {error}") from error
-    if not isinstance(parameters, dict):
-        raise InputError(f'--params {path}: must hold one JSON object, {{"name": value, ...}}')
+    except ValueError as error:
+        raise InputError(f"--params {path}: not a text file in UTF-8") from error
+    try:
+        parameters = parse(text, str(path)).tree
+    except ScenarioError as error:
+        raise InputError(
+            f"--params {path}: must hold one object of parameters, as JSON or YAML "
+            f'({{"name": value, ...}} or lines of name: value)\n{error}'
+        ) from None
+    assert isinstance(parameters, dict), "the reader accepts nothing else"
     return parameters
 
 

@@ -55,7 +55,7 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
         reports.append(found.report(step.kind, _where(step)))
         violations += found.violations
         last = step
-    notes = [_NO_STEPS] if plan.status != "solved" else [_NOT_PROVEN] if plan.optimal else []
+    notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
 
 

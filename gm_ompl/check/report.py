@@ -132,8 +132,8 @@ class CheckReport:
         plural = "s" if count > 1 else ""
         verdict = f"the plan does NOT hold: {count} violation{plural}"
         if self.holds:
-            solved = self.status == "solved"
-            verdict = "the plan holds" if solved else f"consistent ({self.status}, no plan)"
+            planned = bool(self.steps) or self.status == "solved"
+            verdict = "the plan holds" if planned else f"consistent ({self.status}, no plan)"
         return "\n".join([*lines, verdict])
 
 

@@ -69,20 +69,28 @@ def bounded_margins(
 def arc_costs(rows: IntArray, z: Array, lanes: LaneTables, cost: Array) -> None:
     """Write Eq. (9) per arc (N,) for margins z (N, P); +inf where the arc cannot hold."""
     N, P = z.shape
+    factors, before, factor = np.empty(P), np.nan, 1.0
     for i in range(N):
-        holds, most = True, 0.0
+        cost[i] = np.inf
+        holds = True
         for k in range(len(rows)):
             holds = holds and lanes.free[k, rows[k], i]
         for j in range(P):
             holds = holds and z[i, j] >= lanes.z_min
-        if holds:
-            for k in range(len(rows)):
-                travel = 0.0
-                for j in range(P):
-                    factor = 1.0 + lanes.X_stab / z[i, j] if lanes.X_stab > 0.0 else 1.0
-                    travel += factor * lanes.lengths[k, rows[k], i, j]
-                most = max(most, travel)
-        cost[i] = most if holds else np.inf
+        if not holds:
+            continue
+        for j in range(P):
+            if z[i, j] != before:  # margins repeat while the contact state does
+                before = z[i, j]
+                factor = 1.0 + lanes.X_stab / before if lanes.X_stab > 0.0 else 1.0
+            factors[j] = factor
+        most = 0.0
+        for k in range(len(rows)):
+            travel = 0.0
+            for j in range(P):
+                travel += factors[j] * lanes.lengths[k, rows[k], i, j]
+            most = max(most, travel)
+        cost[i] = most
 
 
 @compiled
@@ -203,8 +211,14 @@ def lane_keys(
     known, z = np.full((2, N, P), np.inf), np.empty((2, N, P))
     costs, d = np.empty((2, N)), np.empty(N + 1)
     here, G = np.empty((n, N + 1)), np.full((n, N + 1), np.inf)
+    costs[1] = np.inf
     for i in range(sets.shape[0]):
-        refresh(sets[i], lanes, cuts, known, z, costs, d)
+        if c > 0:
+            refresh(sets[i], lanes, cuts, known, z, costs, d)
+        else:  # nothing lies behind: backward arcs do not matter
+            bounded_margins(sets[i], lanes.forward, cuts, known[0], z[0])
+            arc_costs(sets[i], z[0], lanes, costs[0])
+            costs_to_go(sets[i], costs[0], costs[1], lanes, d)
         if ids.shape[0] == 0:
             hub_defaults(sets[i], lanes, here)
         else:

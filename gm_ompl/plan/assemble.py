@@ -47,7 +47,7 @@ def assemble(
     Args:
         problem: the problem that was solved.
         scenario: the scenario as resolved, the source of ``problem``.
-        moves: from start to goal; none unless ``status`` is "solved".
+        moves: from start to goal; none without a plan.
         status: how the search ended.
         planner: the planner's name.
         statistics: at least ``time_s``, ``expanded``, ``mode_decisions`` and ``history``;
@@ -61,7 +61,7 @@ def assemble(
         pydantic.ValidationError: ``statistics`` or ``parameters`` cannot be stored as JSON.
     """
     steps = tuple(_step(problem, move) for move in moves)
-    solved = status == "solved"
+    known = status == "solved" or bool(steps)
     return Plan(
         format=FORMAT,
         status=status,
@@ -69,9 +69,9 @@ def assemble(
         seed=seed,
         parameters=dict(parameters or {}),
         optimal=optimal,
-        cost=math.fsum(step.cost for step in steps) if solved else None,
+        cost=math.fsum(step.cost for step in steps) if known else None,
         lower_bound=_finite(lower_bound),
-        regrasps=sum(step.kind == "regrasp" for step in steps) if solved else None,
+        regrasps=sum(step.kind == "regrasp" for step in steps) if known else None,
         scenario=dict(scenario),
         statistics=_statistics(statistics),
         steps=steps,

@@ -189,6 +189,11 @@ class Plan(_Record):
         """Return an independent copy; refuses what JSON cannot hold, NaN included."""
         return files.plain(value)
 
+    @property
+    def has_plan(self) -> bool:
+        """Whether there is a plan: solved, or interrupted with one in hand."""
+        return self.status == "solved" or (self.status == "interrupted" and self.cost is not None)
+
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""
         return self.model_dump(mode="json", by_alias=True)

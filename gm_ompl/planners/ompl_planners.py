@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -128,7 +129,10 @@ class FMT(OmplPlanner):
 
     name: ClassVar[str] = "FMT"
     specs: ClassVar[PlannerSpecs] = _FIRST
-    parameters: ClassVar[tuple[Parameter, ...]] = (SAMPLES, GOAL_STATES)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        replace(SAMPLES, default=100),  # every one of them is compared with all its neighbours
+        replace(GOAL_STATES, default=10),
+    )
 
 
 class KPIECE1(OmplPlanner):
@@ -136,7 +140,8 @@ class KPIECE1(OmplPlanner):
 
     name: ClassVar[str] = "KPIECE1"
     specs: ClassVar[PlannerSpecs] = _FIRST
-    parameters: ClassVar[tuple[Parameter, ...]] = (RANGE, GOAL_BIAS, GUIDED)
+    # OMPL draws near known states, where the placements hardly ever change: hence the guide.
+    parameters: ClassVar[tuple[Parameter, ...]] = (RANGE, GOAL_BIAS, replace(GUIDED, default=0.8))
 
 
 OMPL_PLANNERS: tuple[type[OmplPlanner], ...] = (

@@ -24,6 +24,9 @@ from gm_ompl.sampling.lines import Line, same, split, strides_needed, unwrapped
 UNPLACED = -1
 """Stands for the placement of a finger that was not placed yet; start states alone have it."""
 
+LINES = 2000
+"""Straight motions kept; beyond, all are dropped and made again on demand."""
+
 
 class HybridState(NamedTuple):
     """A state of the hybrid space.
@@ -50,6 +53,7 @@ class ContinuousModel:
         self.problem, self.judge = problem, judge
         self._fingers = tuple(range(problem.fingers.count))
         self._z_min = problem.mechanics.z_min
+        self._lines: dict[tuple[Coordinates, Coordinates], Line] = {}
 
     def start_state(self) -> HybridState:
         """Return the start: fingers with a given start placement there, the others UNPLACED."""
@@ -109,8 +113,14 @@ class ContinuousModel:
 
     def line(self, start: Coordinates, end: Coordinates) -> Line:
         """Return the straight motion between two points of one piece, as densely as required."""
-        strides = strides_needed(self.problem, start, end)
-        return Line(self.judge, start, end, strides * self.problem.cost.samples_per_arc)
+        known = self._lines.get((start, end))
+        if known is None:
+            strides = strides_needed(self.problem, start, end)
+            known = Line(self.judge, start, end, strides * self.problem.cost.samples_per_arc)
+            if len(self._lines) >= LINES:
+                self._lines.clear()
+            self._lines[start, end] = known
+        return known
 
     def _along(self, line: Line, placements: Placements) -> Displacement | None:
         decisions = line.decisions(placements)

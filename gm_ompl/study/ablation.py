@@ -42,13 +42,13 @@ def heuristics() -> str:
                 scenario, name, ending(found), number(found.cost, 6), number(found.expanded),
                 number(found.decisions), number(found.seconds), number(found.megabytes),
             ))  # fmt: skip
-    head = ("scenario", "heuristic", "ends", "cost", "expanded", "mode decisions", "s", "MiB")
+    head = ("scenario", "heuristic", "ends", "cost", "expanded", "mode decisions", "CPU s", "MiB")
     return table(head, rows)
 
 
 def scaling() -> str:
     """Return the table of time and memory, with exponents from straight lines in log-log."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for scenario in SCALED:
         for axis, steps in AXES.items():
             points = [(x, measure(scenario, "lanes", changes, LIMIT)) for x, changes in steps]
@@ -63,7 +63,7 @@ def scaling() -> str:
                 f"{slope(points, 'seconds'):.2f}", f"{slope(points, 'megabytes'):.2f}",
             ))  # fmt: skip
     head = (
-        "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "s", "MiB",
+        "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "CPU s", "MiB",
     )  # fmt: skip
     return table(head, rows)
 

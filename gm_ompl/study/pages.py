@@ -24,10 +24,10 @@ def write_tables(page: Path, tables: Mapping[str, str]) -> None:
     text = page.read_text(encoding="utf-8")
     for name, content in tables.items():
         marks = re.compile(rf"(<!-- begin {name} -->\n).*?(<!-- end {name} -->)", re.DOTALL)
-        if not marks.search(text):
+        parts = marks.search(text)
+        if parts is None:
             raise InputError(f"{page}: has no <!-- begin {name} --> ... <!-- end {name} -->")
-        # A function as replacement: backslashes in the content stay what they are.
-        text = marks.sub(lambda match, put=content: match[1] + put + match[2], text)
+        text = text[: parts.start()] + parts[1] + content + parts[2] + text[parts.end() :]
     page.write_text(text, encoding="utf-8")
 
 

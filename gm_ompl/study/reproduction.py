@@ -7,6 +7,7 @@ into PAGE (docs/reproduction.md). Takes about a minute.
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -38,17 +39,19 @@ def results() -> str:
     rows = []
     for name, with_heuristic, without in PAPER:
         api.plan(name)  # the second time counts: compiled code is loaded
+        started = time.process_time()
         plan = api.plan(name)
+        seconds = time.process_time() - started
         spent = plan.statistics
         rows.append((
             name, "; ".join(stages(plan)), _yes(plan.optimal), number(plan.cost, 6),
             number(plan.regrasps), number(spent.expanded), number(spent.mode_decisions),
-            f"{spent.time_s:.2f}", number(with_heuristic), number(without),
+            f"{seconds:.2f}", number(with_heuristic), number(without),
             _yes(api.check(plan).holds),
         ))  # fmt: skip
     head = (
         "scenario", "plan", "proven optimal", "cost", "regrasps", "nodes expanded",
-        "mode decisions", "s", "paper: A*, min", "paper: no heuristic, min", "check",
+        "mode decisions", "CPU s", "paper: A*, min", "paper: no heuristic, min", "check",
     )  # fmt: skip
     return table(head, rows)
 

@@ -14,9 +14,10 @@ from gm_ompl.geometry.mass import mass_properties
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull
 from gm_ompl.mechanics.columns import directions
-from gm_ompl.mechanics.instant import decide_instant, instant_columns
+from gm_ompl.mechanics.instant import instant_columns
 from gm_ompl.mechanics.stability import margin
 from gm_ompl.problem import Environment
+from gm_ompl.reference.modes import decide_modes
 
 
 def z_of(instant: Instant, mask: int) -> float:
@@ -69,21 +70,21 @@ TWISTS = {
 
 @pytest.mark.parametrize("name", TWISTS)
 def test_a_cylinder_of_many_facets_converges(name: str) -> None:
-    """z at fixed fingertip points with 12, 24, 48, 96 facets nears that with 192, as 1/n^2."""
+    """z at fixed fingertip points, 12, 24, 48, 96 facets: within 8 / n^2 of that with 192."""
     pose, found = Pose(np.eye(3), [0.0, 0.0, 1.0]), []
-    for facets in (12, 24, 48, 96, 192):
-        body = cylinder(facets)
+    many = np.array([12, 24, 48, 96, 192])
+    for facets in many:
+        body = cylinder(int(facets))
         contacts = environment_contacts(body, Environment(True, (), 0.4), pose)
         assert len(contacts.points) == facets
         instant = Instant(
             contacts=contact_state(contacts, pose, TWISTS[name], body),
-            points=np.array([[1.0, 0.0, -0.5], [-1.0, 0.0, -0.4], [0.0, 0.0, 1.0]]),
-            normals=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
-            friction=np.full(3, 0.8), max_normal_force=np.full(3, 12.0), environment_friction=0.4,
+            points=np.array([[1.0, 0.0, -0.5], [-1.0, 0.0, -0.4]]),
+            normals=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
+            friction=np.full(2, 0.8), max_normal_force=np.full(2, 12.0), environment_friction=0.4,
             mass=1.0, inertia=mass_properties(body, 1.0).inertia, gravity=9.8,
         )  # fmt: skip
-        found.append(decide_instant(instant).z)
+        found.append(decide_modes(instant).z)
     errors = np.abs(np.array(found[:-1]) - found[-1]) / found[-1]
     assert found[-1] > 0.1
-    assert errors[0] < 0.1
-    assert (errors <= 1.5 * errors[0] * (12.0 / np.array([12, 24, 48, 96])) ** 2 + 1e-6).all()
+    assert (errors <= 8.0 / many[:-1] ** 2).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -90,8 +91,6 @@ def long_plan(slide: Plan) -> Plan:
 
 
 def _plan(document: dict[str, Any]) -> Plan:
-    import json
-
     return Plan.model_validate_json(json.dumps(document))
 
 
@@ -120,6 +119,14 @@ class Visit:
     tab: Any
     requests: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
+
+    def wait(self, condition: str) -> None:
+        """Wait until an expression holds in the page, whose policy forbids playwright's own way."""
+        for _ in range(1500):
+            if self.tab.evaluate(condition):
+                return
+            self.tab.wait_for_timeout(20)
+        pytest.fail(f"the page never came to {condition}")
 
 
 @pytest.fixture(scope="session")
@@ -156,11 +163,9 @@ def visit(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Visit]]:
         seen.tab.on("pageerror", lambda error: seen.errors.append(str(error)))
         seen.tab.on("console", lambda m: seen.errors.append(m.text) if m.type == "error" else None)
         seen.tab.on("dialog", lambda dialog: seen.errors.append(f"dialog {dialog.message}"))
-        seen.tab.on(
-            "request", lambda r: seen.requests.append(r.url) if r.url != address else None
-        )
+        seen.tab.on("request", lambda r: seen.requests.append(r.url) if r.url != address else None)
         seen.tab.goto(address)
-        seen.tab.wait_for_function("window.gmOmpl !== undefined")
+        seen.wait("window.gmOmpl !== undefined")
         return seen
 
     yield open_page

@@ -1,0 +1,122 @@
+"""A plan as stages: what refinement changes, and how it is judged anew."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, TypeAlias, final
+
+from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.moves import Displacement, Move, Regrasp
+from gm_ompl.problem import Placements
+from gm_ompl.sampling.motions import ContinuousModel
+
+REMEMBERED: Final = 20_000
+"""Judged displacements kept; beyond, all are dropped."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stretch of a plan between two regrasps.
+
+    Attributes:
+        placements: per physical finger.
+        points: the object's way, a polyline; a single point where it rests.
+    """
+
+    placements: Placements
+    points: tuple[Coordinates, ...]
+
+
+Stages: TypeAlias = tuple[Stage, ...]
+"""Each starts where the last one ends, with one finger elsewhere."""
+
+
+def stages_of(moves: Sequence[Move]) -> Stages:
+    """Return the stages of a plan that has at least one move."""
+    first = moves[0]
+    points = [first.start if isinstance(first, Displacement) else first.at]
+    placements, stages = first.placements, []
+    for move in moves:
+        if isinstance(move, Displacement):
+            points.append(move.end)
+        else:
+            stages.append(Stage(placements, tuple(points)))
+            placements, points = after(move), [points[-1]]
+    return (*stages, Stage(placements, tuple(points)))
+
+
+def after(move: Regrasp) -> Placements:
+    """Return the placements after a regrasp."""
+    return (*move.placements[: move.finger], move.target, *move.placements[move.finger + 1 :])
+
+
+def changed(a: Placements, b: Placements) -> list[int]:
+    """Return the fingers that are elsewhere."""
+    return [i for i, (u, v) in enumerate(zip(a, b, strict=True)) if u != v]
+
+
+@final
+class StageJudge:
+    """Judges stages; what was judged before is remembered.
+
+    Args:
+        model: expands motions.
+    """
+
+    def __init__(self, model: ContinuousModel) -> None:
+        self._model = model
+        self._known: dict[
+            tuple[Coordinates, Coordinates, Placements], tuple[Displacement, ...] | None
+        ] = {}
+
+    def fits_ends(self, stages: Stages) -> bool:
+        """Whether the hand is where start and goal want it."""
+        hand = self._model.problem.fingers
+        return all(
+            want is None or have == want
+            for have, want in itertools.chain(
+                zip(stages[0].placements, hand.start, strict=True),
+                zip(stages[-1].placements, hand.goal, strict=True),
+            )
+        )
+
+    def moves(self, stages: Stages, below: float = math.inf) -> tuple[Move, ...] | None:
+        """Return the moves of ``stages``; None where one fails or the cost is not below."""
+        model = self._model
+        if not self.fits_ends(stages):
+            return None
+        moves: list[Move] = []
+        cost = (len(stages) - 1) * model.problem.cost.regrasp
+        for k, stage in enumerate(stages):
+            if k:
+                regrasp = self._regrasp(stages[k - 1], stage)
+                if regrasp is None:
+                    return None
+                moves.append(regrasp)
+            for a, b in itertools.pairwise(stage.points):
+                way = self._displacement(a, b, stage.placements)
+                cost += math.inf if way is None else sum(move.cost for move in way)
+                if way is None or not cost < below:
+                    return None
+                moves.extend(way)
+        return tuple(moves)
+
+    def _regrasp(self, before: Stage, stage: Stage) -> Regrasp | None:
+        fingers = changed(before.placements, stage.placements)
+        if len(fingers) != 1:
+            return None
+        at, finger = stage.points[0], fingers[0]
+        return self._model.regrasp(at, before.placements, finger, stage.placements[finger])
+
+    def _displacement(
+        self, a: Coordinates, b: Coordinates, placements: Placements
+    ) -> tuple[Displacement, ...] | None:
+        key = (a, b, placements)
+        if key not in self._known:
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
+            self._known[key] = self._model.displacement(a, b, placements)
+        return self._known[key]

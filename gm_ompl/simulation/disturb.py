@@ -1,0 +1,228 @@
+"""Pulses of disturbance against an execution: what z promises, put to the test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.reference.stability import DIRECTIONS
+from gm_ompl.reference.statics import scaling_root
+from gm_ompl.simulation.execute import Setup
+from gm_ompl.simulation.measure import rotations
+from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.play import Player, Snapshot, Wrench
+from gm_ompl.simulation.report import plain
+from gm_ompl.simulation.timeline import PHASES
+
+PULSE = 0.2
+"""Length of a pulse [s]; its strength rises and falls as a raised cosine."""
+
+REST = 0.3
+"""Time after the pulse until the object must be back [s]."""
+
+BACK = 0.01
+"""How near it must be, every corner, to where it would be without the pulse [D]."""
+
+STILL = 0.001
+"""Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""
+
+STEADY = 1e6
+"""A margin above this many times the force unit is no number to scale a pulse by."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One pulse.
+
+    Attributes:
+        time: when it begins [s].
+        phase: what happens then.
+        direction: number of the direction l_i, or -1 for a random one.
+        strength: its peak in the norm (7), scenario's units.
+        z: the least stability margin that the plan states during the pulse.
+        offset: how far the object's farthest corner was from its place afterwards [D].
+        slip: how far a fingertip still moved over the object afterwards [D].
+        withstood: whether both are small.
+    """
+
+    time: float
+    phase: str
+    direction: int
+    strength: float
+    z: float
+    offset: float
+    slip: float
+    withstood: bool
+
+
+@dataclass(frozen=True)
+class DisturbanceReport:
+    """All pulses of one strength.
+
+    Attributes:
+        fraction: peak of the pulses over z.
+        pulse: their length [s].
+        rest: time from the end of a pulse to the judgement [s].
+        trials: in order of time.
+    """
+
+    fraction: float
+    pulse: float
+    rest: float
+    trials: tuple[Trial, ...]
+
+    @property
+    def share(self) -> float:
+        """Share of the pulses withstood."""
+        return sum(trial.withstood for trial in self.trials) / max(len(self.trials), 1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        return {"share": self.share, **plain(asdict(self))}
+
+    def table(self) -> str:
+        """Return the report as lines of text."""
+        lost = [trial for trial in self.trials if not trial.withstood]
+        lines = [
+            f"disturbances of {self.fraction:g} z, pulses of {self.pulse:g} s: "
+            f"{len(self.trials) - len(lost)} of {len(self.trials)} withstood "
+            f"({100 * self.share:.1f}%)"
+        ]
+        for phase in PHASES:
+            of_phase = [trial for trial in self.trials if trial.phase == phase]
+            if of_phase:
+                held = sum(trial.withstood for trial in of_phase)
+                lines.append(f"  while {phase:8} {held} of {len(of_phase)}")
+        lines += [
+            f"  lost at {trial.time:.2f} s ({trial.phase}), {_name(trial.direction)}, "
+            f"z {trial.z:.3g}: {100 * trial.offset:.2g}% of D off, slipping {100 * trial.slip:.2g}%"
+            for trial in lost[:10]
+        ]
+        return "\n".join(lines)
+
+
+def _name(direction: int) -> str:
+    return "a random direction" if direction < 0 else f"direction {direction}"
+
+
+class Disturber:
+    """Puts pulses on an execution that has been played once without them.
+
+    Args:
+        setup: the plan, made ready.
+        instants: where pulses may begin.
+    """
+
+    def __init__(self, setup: Setup, instants: Sequence[int]) -> None:
+        self._setup, self._player = setup, setup.player()
+        self._root = np.linalg.inv(scaling_root(setup.problem.mass, setup.problem.inertia))
+        self._corners = setup.problem.body.vertices * setup.units.length
+        self._pulse, self._rest = round(PULSE / STEP), round(REST / STEP)
+        self._snapshots: dict[int, Snapshot] = {}
+        self._undisturbed: dict[int, Array] = {}
+        for instant in sorted(set(instants)):
+            self._player.play(until=instant)
+            self._snapshots[instant] = self._player.snapshot()
+        for instant, snapshot in self._snapshots.items():
+            self._player.resume(snapshot)
+            self._undisturbed[instant] = self._played(None)[-1]
+
+    def _played(self, wrench: Wrench | None) -> list[Array]:
+        """Play pulse and rest; return (corners and fingertips) halfway through the rest, and at
+        its end."""
+        start, player = self._player.instant, self._player
+        seen = []
+        for until in (self._pulse + self._rest // 2, self._pulse + self._rest):
+            player.play(until=start + until, wrench=wrench)
+            seen.append(self._configuration(player))
+        return seen
+
+    def _configuration(self, player: Player) -> Array:
+        here = player.physics
+        rotation = rotations(here.quaternion[None])[0]
+        corners = self._corners @ rotation.T + here.position
+        tips = (here.centres - here.position) @ rotation
+        return np.concatenate([corners, tips])
+
+    def trial(self, instant: int, direction: Array, number: int, fraction: float) -> Trial:
+        """Put one pulse on the execution.
+
+        Args:
+            instant: where it begins; one of those given at the beginning.
+            direction: (6,), unit, in the scaled space of (6).
+            number: of the direction, or -1.
+            fraction: peak over z.
+        """
+        line, units = self._setup.timeline, self._setup.units
+        z = float(line.z[instant : instant + self._pulse].min())
+        peak = fraction * z * (self._root @ direction)
+        force, moment = units.force * peak[:3], units.force * units.length * peak[3:]
+
+        def wrench(k: int, quaternion: Array) -> Array | None:
+            if k >= instant + self._pulse:
+                return None
+            rotation = rotations(quaternion[None])[0]
+            share = (1.0 - np.cos(2.0 * np.pi * (k - instant) / self._pulse)) / 2.0
+            return np.concatenate([rotation @ force, rotation @ moment]) * share
+
+        self._player.resume(self._snapshots[instant])
+        halfway, end = self._played(wrench)
+        n, size = line.fingers, self._setup.world.size
+        off = end - self._undisturbed[instant]
+        offset = float(np.linalg.norm(off[: len(off) - n], axis=1).max()) / size
+        # Against the object; a finger on its way elsewhere moves in any case.
+        down = line.down[min(instant + self._pulse + self._rest, len(line) - 1)]
+        down = down & line.down[min(instant + self._pulse + self._rest // 2, len(line) - 1)]
+        moved = np.linalg.norm((end - halfway)[len(off) - n :], axis=1)[down]
+        slip = float(moved.max(initial=0.0)) / size
+        return Trial(
+            time=float(line.time[instant]),
+            phase=PHASES[int(line.phase[instant])],
+            direction=number,
+            strength=fraction * z,
+            z=z,
+            offset=offset,
+            slip=slip,
+            withstood=offset <= BACK and slip <= STILL,
+        )
+
+
+def instants(setup: Setup, count: int, rng: np.random.Generator) -> IntArray:
+    """Return instants, in order, drawn evenly from the first motion to the end of the last.
+
+    Where the plan states an infinite z there is nothing to scale a pulse by: none is drawn there.
+    """
+    line = setup.timeline
+    moving = np.flatnonzero(line.phase == PHASES.index("move"))
+    usable = np.arange(moving[0], moving[-1] + 1)
+    finite = np.isfinite(line.z[usable]) & (line.z[usable] < STEADY / setup.units.force)
+    drawn: IntArray = np.sort(rng.choice(usable[finite], count))
+    return drawn
+
+
+def disturb(setup: Setup, fraction: float, count: int, seed: int) -> DisturbanceReport:
+    """Put ``count`` pulses on the execution, each on a fresh one.
+
+    Half go in the 76 directions in turn, half in random ones, at random times.
+
+    Args:
+        setup: the plan, made ready.
+        fraction: peak of each pulse over z.
+        count: number of pulses.
+        seed: of times and directions.
+    """
+    rng = np.random.default_rng(seed)
+    when = instants(setup, count, rng)
+    order = rng.permutation(len(DIRECTIONS))
+    disturber = Disturber(setup, when.tolist())
+    trials = []
+    for k, instant in enumerate(when.tolist()):
+        number = int(order[k // 2 % len(order)]) if k % 2 == 0 else -1
+        direction = DIRECTIONS[number] if number >= 0 else rng.normal(size=6)
+        unit = direction / np.linalg.norm(direction)
+        trials.append(disturber.trial(instant, unit, number, fraction))
+    return DisturbanceReport(fraction, PULSE, REST, tuple(trials))
