@@ -1,6 +1,7 @@
-# make demo     plan a scenario of the paper, and check the plan
+# make demo     plan a scenario of the paper, check the plan, and write a page that shows it
 # make test     the test suite
 # make verify   the long counts (hours); goes on where it was stopped
+# make gallery  the pictures in docs/, from the shipped scenarios
 # make lint, make types, make clean
 
 VENV := .venv
@@ -8,22 +9,26 @@ BIN := $(VENV)/bin
 # The stamp makes a second call quick: nothing is installed again until pyproject.toml changes.
 STAMP := $(VENV)/.installed
 DEMO := build/demo-plan.json
+DEMO_PAGE := build/demo.html
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install -qq
 
-.PHONY: demo test verify lint types clean
+.PHONY: demo test verify gallery lint types clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	@mkdir -p build
-	$(BIN)/gm-ompl plan paper/slide -o $(DEMO)
+	$(BIN)/gm-ompl plan paper/slide -o $(DEMO) --html $(DEMO_PAGE)
 	$(BIN)/gm-ompl check $(DEMO)
-	@echo "The plan is in $(DEMO)."
+	@echo "The plan is in $(DEMO); open $(DEMO_PAGE) in a browser to see it (no network needed)."
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 verify: $(STAMP)
 	$(BIN)/python -m tests.verify
+
+gallery: $(STAMP)
+	$(BIN)/python -m gm_ompl.viz.gallery docs
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

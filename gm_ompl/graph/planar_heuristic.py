@@ -16,11 +16,14 @@ from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import LIFTED
 from gm_ompl.problem import Placements, Problem
 
-LEVELS = 16
-"""Distances are kept for so many distances of a fingertip from the yaw axis, rounded down."""
+LEVELS = 64
+"""Distances are kept for so many distances of a fingertip from the yaw axis, others rounded down."""
 
-MOST_NUMBERS = 8_000_000
+MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
+
+MOST_NODES = 8_000_000
+"""On a larger lattice the bound would take longer to make than it can save."""
 
 MOST_TESTED = 30_000
 """On larger lattices the object counts as free everywhere: testing would outlast the search."""
@@ -28,7 +31,7 @@ MOST_TESTED = 30_000
 
 @final
 class PlanarHeuristic:
-    """Dominates (11): a fingertip follows lattice arcs, each along one coordinate.
+    """Stronger than (11): a fingertip follows lattice arcs, each along one coordinate.
 
     A displacement arc costs at least its step in x or y, or what its outermost fingertip travels
     in a step of yaw. So the object's shortest way on its lattice, past nodes at which it
@@ -45,10 +48,8 @@ class PlanarHeuristic:
     def __init__(self, problem: Problem, judge: Judge, goals: tuple[int, ...]) -> None:
         hand, self._X_regr = problem.fingers, problem.cost.regrasp
         reach = [np.linalg.norm(judge.centres(i)[:, :2], axis=1) for i in range(hand.count)]
-        low = min((float(r.min()) for r in reach if len(r)), default=0.0)
-        high = max((float(r.max()) for r in reach if len(r)), default=0.0)
         count = max(1, min(LEVELS, MOST_NUMBERS // problem.lattice.size))
-        levels = np.linspace(low, high, count, endpoint=False)
+        levels = _levels(np.concatenate([np.zeros(0), *reach]), count)
         self._level: list[IntArray] = [
             np.searchsorted(levels, r, side="right").clip(1) - 1 for r in reach
         ]
@@ -80,6 +81,18 @@ class PlanarHeuristic:
             np.where(mask, with_one, np.minimum(column[level], with_one))
             for mask, level in zip(self._blocked, self._level, strict=True)
         )
+
+
+def _levels(reach: Array, count: int) -> Array:
+    """Return at most ``count`` increasing lengths, the least of ``reach`` (k,) among them."""
+    if not len(reach):
+        return np.zeros(1)
+    # Rounded down, so that a level never exceeds what it stands for.
+    size = float(reach.max()) or 1.0
+    found: Array = np.unique(np.floor(reach / size * 1e9) * 1e-9 * size)
+    if len(found) > count:
+        found = np.linspace(found[0], found[-1], count, endpoint=False)
+    return found
 
 
 def _distances(problem: Problem, goals: tuple[int, ...], levels: Array) -> Array:
@@ -149,4 +162,4 @@ def _blocked(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> tuple[Bo
 def suits(problem: Problem) -> bool:
     """Whether the bound applies: planar motion, on a lattice that fits in memory."""
     planar = problem.motion.names == ("x", "y", "yaw")
-    return planar and math.prod(problem.lattice.shape) <= MOST_NUMBERS
+    return planar and math.prod(problem.lattice.shape) <= MOST_NODES

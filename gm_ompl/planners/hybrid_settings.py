@@ -89,6 +89,14 @@ IMPROVING: Final[tuple[Parameter, ...]] = (
         "Share of the improving iterations spent on routes other than the best.", 0.0, 1.0,
     ),
     Parameter(
+        "polish",
+        float,
+        _ANYTIME.polish,
+        "Share of the iterations that refine the best plan off its route's vertices.",
+        0.0,
+        1.0,
+    ),
+    Parameter(
         "stall", int, _ANYTIME.stall,
         "Iterations without improvement before the best route is varied.", 1, 100_000,
         logarithmic=True,
@@ -131,5 +139,6 @@ def improving(values: Mapping[str, Any]) -> AnytimeSettings:
         improver=improver,
         roam=values["roam"],
         elsewhere=values["elsewhere"],
+        polish=values["polish"],
         stall=values["stall"],
     )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.extraction import extract_moves
@@ -15,8 +13,8 @@ from gm_ompl.graph.sets import LIFTED
 from gm_ompl.moves import Move
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
-from gm_ompl.planners.outcome import result_of, without_search
-from gm_ompl.planners.planner import Budget, Progress, Report, SearchResult, Status
+from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
+from gm_ompl.planners.planner import Budget, Report, SearchResult, Status
 from gm_ompl.problem import Placements, Problem
 
 
@@ -46,29 +44,11 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
 
-    def observe(search: LaneSearch) -> None:
-        report(
-            Progress(
-                time=meter.elapsed(),
-                expanded=search.expanded,
-                open=search.waiting,
-                mode_decisions=judge.mode_decisions - decided,
-                cost=search.cost if search.cost < math.inf else None,
-                lower_bound=search.bound,
-            )
-        )
-
-    search = LaneSearch(graph, source, start, meter, observe)
+    search = LaneSearch(graph, source, start, meter, observer(meter, judge, report))
     status = search.run()
     moves = _moves(problem, judge, search.path())
-    statistics = {
-        "time_s": meter.elapsed(),
-        "expanded": search.expanded,
-        "generated": search.generated,
-        "mode_decisions": judge.mode_decisions - decided,
-        "placement_sets": graph.lanes_met,
-        "history": [list(row) for row in search.history],
-    }
+    decisions = judge.mode_decisions - decided
+    statistics = statistics_of(search, meter, decisions, graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
 

@@ -16,14 +16,12 @@ from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.planners.astar import BestFirstSearch
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
-from gm_ompl.planners.outcome import result_of, without_search
+from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
-    Meter,
     Planner,
     PlannerSpecs,
-    Progress,
     Report,
     SearchResult,
     Status,
@@ -56,28 +54,10 @@ def solve_on_lattice(
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
 
-    def observe(search: BestFirstSearch) -> None:
-        report(
-            Progress(
-                time=meter.elapsed(),
-                expanded=search.expanded,
-                open=search.waiting,
-                mode_decisions=judge.mode_decisions - decided,
-                cost=search.cost if search.cost < math.inf else None,
-                lower_bound=search.bound,
-            )
-        )
-
-    found = BestFirstSearch(graph, meter, observe).run()
+    found = BestFirstSearch(graph, meter, observer(meter, judge, report)).run()
     moves = extract_moves(problem, graph, found.path) if found.path else ()
-    statistics = {
-        "time_s": meter.elapsed(),
-        "expanded": found.expanded,
-        "generated": found.generated,
-        "mode_decisions": judge.mode_decisions - decided,
-        "placement_sets": len(graph.sets),
-        "history": [list(row) for row in found.history],
-    }
+    decisions = judge.mode_decisions - decided
+    statistics = statistics_of(found, meter, decisions, len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 
 

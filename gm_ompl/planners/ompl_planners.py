@@ -44,9 +44,7 @@ GUIDED = Parameter(
     low=0.0,
     high=1.0,
 )
-FIRST_PLAN = Parameter(
-    "first_plan", bool, False, "Stop at the first plan instead of improving it."
-)
+FIRST_PLAN = Parameter("first_plan", bool, False, "Stop at the first plan instead of improving it.")
 GOAL_STATES = Parameter(
     "goal_states", int, 100, "Goal states that are drawn.", low=1, high=100_000, logarithmic=True
 )
@@ -60,7 +58,7 @@ class OmplPlanner(Planner):
 
     def solve(
         self,
-        problem: Problem,
+        problem: Problem,  # noqa: ARG002 (the judge knows it)
         judge: Judge,
         budget: Budget,
         rng: np.random.Generator,
@@ -73,7 +71,7 @@ class OmplPlanner(Planner):
         """
         from gm_ompl.planners.ompl_run import run  # loads OMPL
 
-        return run(self, problem, judge, budget, rng, report)
+        return run(self, judge, budget, rng, report)
 
 
 class RRT(OmplPlanner):

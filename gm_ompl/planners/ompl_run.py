@@ -24,7 +24,8 @@ from gm_ompl.planners.planner import (
     SearchResult,
     Status,
 )
-from gm_ompl.problem import Problem
+
+_NO_MOVES: tuple[Move, ...] = ()
 
 REPORT_EVERY = 64
 """Iterations between two progress events."""
@@ -43,7 +44,6 @@ def silence() -> Iterator[None]:
 
 def run(
     planner: Planner,
-    problem: Problem,
     judge: Judge,
     budget: Budget,
     rng: np.random.Generator,
@@ -54,7 +54,7 @@ def run(
     with silence():
         setup = HybridSetup(judge, rng)
         watch = _Watch(setup, planner, meter, report, decided)
-        status, moves = Status.BUDGET, ()
+        status, moves = Status.BUDGET, _NO_MOVES
         try:
             if not setup.draws.start_and_goal_possible():
                 status = Status.INFEASIBLE
@@ -84,12 +84,12 @@ def _search(
     setup.run(watch, watch.meter.spent)
     states = setup.solution()
     if states is None:
-        return Status.BUDGET, ()
+        return Status.BUDGET, _NO_MOVES
     try:
         return Status.SOLVED, judged_anew(setup.judge.problem, states)
     except PathError:
         watch.refuted += 1
-        return Status.BUDGET, ()
+        return Status.BUDGET, _NO_MOVES
 
 
 @final

@@ -1,16 +1,86 @@
-"""From what a lattice search knows at its end to a SearchResult."""
+"""From what a lattice search knows, on its way and at its end, to Progress and SearchResult."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
-from gm_ompl.planners.planner import Meter, SearchResult, Status
+from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status
 
 PROVEN = 1e-6
 """A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""
+
+
+class Watched(Protocol):
+    """What a running search shows of itself; costs are +inf where there is no plan."""
+
+    @property
+    def expanded(self) -> int:
+        """Number of nodes or lanes expanded."""
+
+    @property
+    def cost(self) -> float:
+        """Of the best plan known."""
+
+    @property
+    def bound(self) -> float:
+        """No plan is cheaper."""
+
+    @property
+    def waiting(self) -> int:
+        """Length of the open list."""
+
+
+class Finished(Protocol):
+    """What a finished search tells of its work."""
+
+    @property
+    def expanded(self) -> int:
+        """Number of nodes or lanes expanded."""
+
+    @property
+    def generated(self) -> int:
+        """Number of entries put on the open list."""
+
+    @property
+    def history(self) -> Sequence[tuple[float, float | None, float]]:
+        """(time, cost or None, bound) now and then."""
+
+
+def observer(meter: Meter, judge: Judge, report: Report) -> Callable[[Watched], None]:
+    """Return what turns a search's state into Progress events, counting from now."""
+    decided = judge.mode_decisions
+
+    def observe(search: Watched) -> None:
+        report(
+            Progress(
+                time=meter.elapsed(),
+                expanded=search.expanded,
+                open=search.waiting,
+                mode_decisions=judge.mode_decisions - decided,
+                cost=search.cost if search.cost < math.inf else None,
+                lower_bound=search.bound,
+            )
+        )
+
+    return observe
+
+
+def statistics_of(
+    search: Finished, meter: Meter, decisions: int, placement_sets: int
+) -> dict[str, Any]:
+    """Return a finished search's statistics, see ``SearchResult``."""
+    return {
+        "time_s": meter.elapsed(),
+        "expanded": search.expanded,
+        "generated": search.generated,
+        "mode_decisions": decisions,
+        "placement_sets": placement_sets,
+        "history": [list(row) for row in search.history],
+    }
 
 
 def result_of(

@@ -14,6 +14,7 @@ from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
 from gm_ompl.sampling.extraction import moves_of
 from gm_ompl.sampling.improver import Improver, ImproverSettings
+from gm_ompl.sampling.refine import Refinement
 from gm_ompl.sampling.tree import Leg, Stop
 
 
@@ -26,6 +27,7 @@ class AnytimeSettings:
         improver: how plans are improved.
         roam: share of iterations that go on exploring, on any route.
         elsewhere: share of the improving iterations spent on routes other than the best.
+        polish: share of iterations that refine the best plan off the route's vertices.
         stall: iterations without improvement on the best route before it is varied.
     """
 
@@ -33,6 +35,7 @@ class AnytimeSettings:
     improver: ImproverSettings = field(default_factory=ImproverSettings)
     roam: float = 0.05
     elsewhere: float = 0.2
+    polish: float = 0.1
     stall: int = 40
 
 
@@ -59,6 +62,8 @@ class Anytime:
         self._improvers: dict[Course, Improver] = {}
         self._best: Course | None = None
         self._stalled = 0
+        self._unrefined = math.inf
+        self._refinement: Refinement | None = None
         self.cost, self.moves = math.inf, tuple[Move, ...]()
 
     @property
@@ -71,13 +76,15 @@ class Anytime:
         """Do one iteration; return whether the best plan changed."""
         if self._best is None or self._rng.random() < self._settings.roam:
             return self._explore(stop)
+        if self._rng.random() < self._settings.polish:
+            return self._polish(stop)
         if self._stalled >= self._settings.stall:
             self._vary()
         course = self._course()
         improver = self._improvers[course]
         if course is self._best:
             self._stalled += 1
-        legs = improver.step(self.cost, stop)
+        legs = improver.step(self._unrefined, stop)
         return legs is not None and self._accept(course, legs)
 
     def _explore(self, stop: Stop) -> bool:
@@ -90,12 +97,30 @@ class Anytime:
         if course not in self._improvers:
             self._add(course)
         self._improvers[course].seed([lane for lane, _, _ in legs])
-        if not cost < self.cost:
+        if not cost < self._unrefined:
             return False
         self._improvers[course].legs = legs
         self._best, self._stalled = course, 0
+        self._unrefined = cost
+        self._refinement = Refinement(self._judge.problem, self._judge, moves, self._rng)
+        return self._keep(cost, moves)
+
+    def _keep(self, cost: float, moves: tuple[Move, ...]) -> bool:
+        if not cost < self.cost:
+            return False
         self.cost, self.moves = cost, moves
         return True
+
+    def _polish(self, stop: Stop) -> bool:
+        """Refine the best plan that lanes gave; it may become better than all."""
+        refinement = self._refinement
+        if refinement is None or not refinement.moves:
+            return False
+        if not refinement.tidied:
+            refinement.tidy(stop)
+        else:
+            refinement.step()
+        return self._keep(refinement.cost, refinement.moves)
 
     def _add(self, course: Course) -> None:
         improver = Improver(
@@ -110,7 +135,7 @@ class Anytime:
         others = [
             course
             for course, improver in self._improvers.items()
-            if course is not self._best and improver.sample.least[0] < self.cost
+            if course is not self._best and improver.sample.least[0] < self._unrefined
         ]
         if not others or self._rng.random() >= self._settings.elsewhere:
             return self._best

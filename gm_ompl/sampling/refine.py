@@ -39,6 +39,7 @@ class Refinement:
     Attributes:
         moves: the best plan so far.
         cost: its cost.
+        tidied: whether ``tidy`` was called.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Refinement:
         self._judge = judge
         self._stages = StageJudge(ContinuousModel(problem, judge))
         self._plan = stages_of(moves)
+        self.tidied = False
         self.moves, self.cost = tuple(moves), math.fsum(move.cost for move in moves)
         self._changes: tuple[Change, ...] = (
             self._shortcut, self._move_regrasp, self._replace, self._replace,
@@ -55,6 +57,7 @@ class Refinement:
 
     def tidy(self, stop: Stop) -> bool:
         """Drop regrasps that are not needed and merge arcs; whether the plan got cheaper."""
+        self.tidied = True
         any_better = False
         better = True
         while better and not stop():

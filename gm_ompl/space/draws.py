@@ -133,9 +133,7 @@ class StateDraws:
             worst = max(worst, (away - half) / extent)
         return worst
 
-    def _place(
-        self, low: tuple[float | None, ...], high: tuple[float | None, ...]
-    ) -> Coordinates:
+    def _place(self, low: tuple[float | None, ...], high: tuple[float | None, ...]) -> Coordinates:
         motion = self._problem.motion
         place = []
         for d, (least, most) in enumerate(zip(low, high, strict=True)):

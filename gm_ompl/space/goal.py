@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any, final
 
-import numpy as np
 from ompl import base as ob
 
-from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.sampling.motions import UNPLACED, HybridState
 from gm_ompl.space.convert import Codec
 from gm_ompl.space.draws import StateDraws
 from gm_ompl.space.guard import Guard
+
 
 @final
 class GoalRegion(ob.GoalSampleableRegion):

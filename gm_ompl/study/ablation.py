@@ -8,7 +8,7 @@ and time and memory of the latter against segments, grid and fingers; writes the
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from gm_ompl.study.pages import number, table, write_tables
 
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/cork", "paper/regrasp")
 HEURISTICS = (("none", "none"), ("travel", "(11)"), ("lanes", "lanes"))
-LIMIT = 600.0
+LIMIT = 3600.0
 """Wall time per search [s]."""
 
 SEGMENTS = (15, 30, 60, 120, 240)
@@ -32,8 +32,9 @@ AXES: dict[str, list[tuple[int, tuple[str, ...]]]] = {
 SCALED = ("paper/tumble", "paper/regrasp")
 
 
-def heuristics() -> str:
-    """Return the table of the three searches."""
+def heuristics() -> Iterator[str]:
+    """Yield the table of the three searches, longer and longer."""
+    head = ("scenario", "heuristic", "ends", "cost", "expanded", "mode decisions", "CPU s", "MiB")
     rows = []
     for scenario in SCENARIOS:
         for heuristic, name in HEURISTICS:
@@ -42,30 +43,33 @@ def heuristics() -> str:
                 scenario, name, ending(found), number(found.cost, 6), number(found.expanded),
                 number(found.decisions), number(found.seconds), number(found.megabytes),
             ))  # fmt: skip
-    head = ("scenario", "heuristic", "ends", "cost", "expanded", "mode decisions", "CPU s", "MiB")
-    return table(head, rows)
+            yield table(head, rows)
 
 
-def scaling() -> str:
-    """Return the table of time and memory, with exponents from straight lines in log-log."""
+def scaling() -> Iterator[str]:
+    """Yield the table of time and memory, with exponents from straight lines in log-log."""
+    head = (
+        "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "CPU s",
+        "MiB",
+    )  # fmt: skip
     rows: list[tuple[object, ...]] = []
     for scenario in SCALED:
         for axis, steps in AXES.items():
             points = [(x, measure(scenario, "lanes", changes, LIMIT)) for x, changes in steps]
-            for x, found in points:
-                rows.append((
+            rows += [
+                (
                     scenario, axis, x, number(found.nodes), ending(found), number(found.expanded),
                     number(found.decisions), number(found.seconds), number(found.megabytes),
-                ))  # fmt: skip
-            rows.append((
-                scenario, f"{axis}: exponent", "", f"{slope(points, 'nodes'):.2f}", "",
-                f"{slope(points, 'expanded'):.2f}", f"{slope(points, 'decisions'):.2f}",
-                f"{slope(points, 'seconds'):.2f}", f"{slope(points, 'megabytes'):.2f}",
-            ))  # fmt: skip
-    head = (
-        "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "CPU s", "MiB",
-    )  # fmt: skip
-    return table(head, rows)
+                )
+                for x, found in points
+            ]  # fmt: skip
+            exponents = {
+                what: f"{slope(points, what):.2f}"
+                for what in ("nodes", "expanded", "decisions", "seconds", "megabytes")
+            }
+            nodes, *others = exponents.values()
+            rows.append((scenario, f"{axis}: exponent", "", nodes, "", *others))
+            yield table(head, rows)
 
 
 def ending(found: Measurement) -> str:
@@ -83,8 +87,10 @@ def slope(points: Sequence[tuple[int, Measurement]], what: str) -> float:
 def main(arguments: Sequence[str]) -> None:
     """Measure everything and write the page."""
     page = Path(arguments[0] if arguments else "docs/ablation.md")
-    write_tables(page, {"heuristics": heuristics()})
-    write_tables(page, {"scaling": scaling()})
+    for name, growing in (("scaling", scaling()), ("heuristics", heuristics())):
+        # Written as it grows: a run that is stopped leaves what it has measured.
+        for content in growing:
+            write_tables(page, {name: content})
 
 
 if __name__ == "__main__":

@@ -7,9 +7,11 @@ import json
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import gm_ompl
 from gm_ompl.app.explaining import lines, read_coordinates, read_placements
+from gm_ompl.app.main import app
 from gm_ompl.errors import InputError
 from gm_ompl.explain.blame import Blame
 from gm_ompl.explain.instants import Explainer
@@ -187,3 +189,21 @@ def test_a_point_off_the_path_is_refused() -> None:
     """The message names the range."""
     with pytest.raises(InputError, match="from 0 to 1"):
         gm_ompl.explain("paper/slide", 1.5)
+
+
+def test_the_command_prints_lines_or_one_object() -> None:
+    """Exit code 0; with --json one object whose keys are those of the explanation."""
+    arguments = ["explain", "paper/regrasp", "--placements", "+z:5.0,-x:[3,0]"]
+    text = CliRunner().invoke(app, arguments)
+    assert text.exit_code == 0
+    assert "wall_behind" in text.stdout
+    tree = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
+    assert tree["placements"]["forward"]["finding"] == "geometry"
+    assert tree["placements"]["stretches"][0]["blocked_by"]
+
+
+def test_the_command_refuses_bad_placements() -> None:
+    """A face that does not exist and a wrong number of fingers are bad input, exit code 2."""
+    for places in ("+w:0.0,+z:1.1", "+z:0.0", "+z:99.0,+z:1.1", "nonsense"):
+        result = CliRunner().invoke(app, ["explain", "paper/slide", "--placements", places])
+        assert result.exit_code == 2, places

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
@@ -26,6 +27,7 @@ TINY = [
     "motion.planar={x: [-2, 2], y: [-2, 2], yaw: [-180 deg, 180 deg]}",
     "motion.goal={position: [2, 0, 1], yaw: 90 deg}", "cost.samples_per_arc=1",
 ]  # fmt: skip
+CORRIDOR = ["lattice.steps={x: 2, y: 1, yaw: 30 deg}", "fingers.placements.grid=[3, 1]"]
 COARSE = ["lattice.steps={x: 1, y: 1, yaw: 30 deg}", "fingers.placements.grid=[2, 1]"]
 
 
@@ -52,7 +54,7 @@ def test_the_plain_search_agrees(
     [
         ("planar/turn", COARSE),
         ("planar/corner", ["fingers.placements.grid=[2, 1]", "cost.regrasp=2"]),
-        ("random/planar/7", ["fingers.placements.grid=[1, 2]", "cost.samples_per_arc=1"]),
+        ("random/planar/7", ["fingers.placements.grid=[1, 1]", "cost.samples_per_arc=1"]),
     ],
 )
 def test_the_bound_is_admissible_and_no_weaker_than_travel(
@@ -72,39 +74,38 @@ def test_the_bound_is_admissible_and_no_weaker_than_travel(
         config = int(rng.integers(problem.lattice.size))
         hand = tuple(sorted(rng.choice(P, size=n, replace=False).tolist()))
         estimate = bound.estimate(config, hand)
-        # An arc's chords are cut at P midpoints; (11) cuts the whole way once.
-        assert estimate >= travel.estimate(config, hand) * 0.999
+        assert estimate >= travel.estimate(config, hand) * (1 - 1e-6)
         single = [table[row] for table, row in zip(bound.finger_estimates(config), hand, strict=True)]
         assert max(single) <= estimate * (1 + 1e-12)
 
 
 def test_a_budget_ends_with_a_bound() -> None:
     """Cut short, the search still knows a bound, at most the optimum."""
-    problem = load("planar/corridor").problem
+    problem = load("planar/corridor", CORRIDOR).problem
     optimum = search(problem).cost
     assert optimum is not None
-    cut = search(problem, limit=200)
+    cut = search(problem, limit=100)
     assert cut.status is Status.BUDGET
-    assert 0.5 * optimum < cut.lower_bound <= optimum
+    assert 0.25 * optimum < cut.lower_bound <= optimum
 
 
 @pytest.mark.parametrize(
-    ("name", "least"), [("planar/corner", 2), ("planar/corridor", 1)]
+    ("name", "coarse", "least"), [("planar/corner", [], 2), ("planar/corridor", CORRIDOR, 2)]
 )
-def test_some_scenarios_cannot_be_done_without_regrasping(name: str, least: int) -> None:
+def test_some_scenarios_cannot_be_done_without_regrasping(
+    name: str, coarse: list[str], least: int
+) -> None:
     """With a regrasp as dear as a million lengths, the proven optimum still has its regrasps.
 
     A plan without one would cost at most arcs x step x (1 + X_stab / z_min), far less: the
     lattice has none.
     """
-    problem = load(name, ["cost.regrasp=1e6"]).problem
+    problem = load(name, [*coarse, "cost.regrasp=1e6"]).problem
     found = search(problem)
     assert found.optimal and found.cost is not None
     assert sum(isinstance(move, Regrasp) for move in found.moves) == least
     step = 2.0 * problem.body.diagonal * (1 + problem.cost.stability / problem.mechanics.z_min)
-    sets = math.comb(len(problem.fingers.placements), problem.fingers.count)
     assert found.lower_bound > 1e6 * least > problem.lattice.size * step
-    assert sets > 100
 
 
 def test_out_of_the_corner_the_object_slides_along_the_wall() -> None:
@@ -114,8 +115,6 @@ def test_out_of_the_corner_the_object_slides_along_the_wall() -> None:
     found = search(problem)
     moves = [move for move in found.moves if isinstance(move, Displacement)]
     assert len(moves) == 12
-    from gm_ompl.contact.environment import contact_state, environment_contacts
-
     for move in moves:
         middle = tuple((a + b) / 2 for a, b in zip(move.start, move.end, strict=True))
         direction = tuple(b - a for a, b in zip(move.start, move.end, strict=True))

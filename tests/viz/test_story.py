@@ -50,9 +50,7 @@ def test_poses_between_nodes_are_the_motions_own(regrasp: Plan) -> None:
 
 @pytest.mark.parametrize("name", ["paper/regrasp", "paper/cork"])
 def test_a_lifted_finger_never_touches_the_object(name: str) -> None:
-    """From any placement to any other, drawn with a straight line between stored points, the
-    fingertip keeps its distance: more than its radius but for the two ends.
-    """
+    """Between any two placements, straight lines between stored points keep their distance."""
     scenario = api.load(name)
     problem = scenario.problem
     radius = float(problem.fingers.radius[0])

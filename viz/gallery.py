@@ -1,0 +1,79 @@
+"""Builds the gallery: ``python -m gm_ompl.viz.gallery docs`` writes gallery.md and its images."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from gm_ompl import api
+from gm_ompl.app.planning import summary
+from gm_ompl.plan.model import Plan
+from gm_ompl.scenario.load import shipped
+
+from .canvas import save, styled
+from .figures import forces_figure
+from .page import write_text
+from .search import search_figure
+from .snapshots import snapshots_figure
+from .story import tell
+
+TIME_LIMIT: Final = 120.0
+"""A scenario that is not solved within this time is left out [s]."""
+
+SEARCH_OF: Final = "paper/regrasp"
+"""The scenario whose search is shown."""
+
+_HEAD: Final = """# Gallery
+
+What the shipped scenarios look like when planned. This page and its images are built by
+`make gallery`; nothing here is drawn by hand.
+
+A fingertip under position control is blue, in a square; under force control it is vermilion, with
+a ring and an arrow for the commanded force f_com. In the plots a commanded force is a line; for a
+position-controlled finger, whose force statics leaves open, the shaded range is what equilibrium
+without disturbance allows.
+
+Each plan can also be watched: `gm-ompl view PLAN.json` serves it to the browser on this machine,
+`gm-ompl view PLAN.json --html FILE` writes one file that needs no network.
+"""
+
+
+def build(folder: Path) -> None:
+    """Plan every shipped scenario and write ``gallery.md`` and ``images/`` into ``folder``."""
+    images = folder / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    parts = [_HEAD]
+    for name in shipped():
+        plan = api.plan(name, time_limit=TIME_LIMIT)
+        if plan.steps:
+            parts.append("\n".join(_section(name, plan, images)))
+    write_text(folder / "gallery.md", "\n".join(parts))
+
+
+def _section(name: str, plan: Plan, images: Path) -> Iterator[str]:
+    """Yield the lines of one scenario's section; writes its images."""
+    stem, story = name.replace("/", "-"), tell(plan)
+    with styled():
+        save(snapshots_figure(story), images / f"{stem}.svg")
+        save(forces_figure(story), images / f"{stem}-forces.svg")
+        if name == SEARCH_OF:
+            save(search_figure(story, None), images / f"{stem}-search.svg")
+    yield f"## {name}\n"
+    yield f"{plan.scenario.get('description', '')}\n"
+    yield f"    gm-ompl plan {name} -o plan.json"
+    yield "    gm-ompl plot plan.json --show snapshots -o snapshots.svg"
+    yield "    gm-ompl plot plan.json -o forces.svg\n"
+    yield f"![{name}: start, regrasps and goal](images/{stem}.svg)\n"
+    lines = [line.strip() for line in summary(plan)]
+    found = [line for line in lines if not line.startswith(("search", name))]
+    yield "".join(f"* {line}\n" for line in found)
+    yield f"![{name}: forces, modes, z and travel](images/{stem}-forces.svg)\n"
+    if name == SEARCH_OF:
+        yield "The search: the bound rises until it meets the cost of the plan.\n"
+        yield f"![{name}: lower bound and cost over time](images/{stem}-search.svg)\n"
+
+
+if __name__ == "__main__":
+    build(Path(sys.argv[1]))
