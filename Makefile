@@ -28,7 +28,7 @@ verify: $(STAMP)
 	$(BIN)/python -m tests.verify
 
 gallery: $(STAMP)
-	$(BIN)/python -m gm_ompl.viz.gallery docs
+	$(BIN)/python -m gm_ompl.app.gallery docs
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

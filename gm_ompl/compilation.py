@@ -57,9 +57,31 @@ def is_compiled() -> bool:
     return CACHE is not None and any(CACHE.rglob("*.nbi"))
 
 
+_announced = False
+
+
+def _announce() -> None:
+    """Say that the first use takes a while, before it does."""
+    global _announced
+    if not _announced and not is_compiled():
+        _log.info("compiling the mechanics kernel, once: this takes about half a minute")
+    _announced = True
+
+
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
-    jitted: _Function = numba.njit(cache=CACHE is not None, nogil=True, error_model="numpy")(
-        function
-    )
-    return jitted
+    jitted = numba.njit(
+        cache=CACHE is not None, nogil=True, error_model="numpy", no_cfunc_wrapper=True
+    )(function)
+    if not numba.config.DISABLE_JIT:
+        general = jitted.compile
+
+        def compile_once(signature: Any) -> Any:
+            _announce()
+            # Else numba compiles anew, callers included, for every constant in a call.
+            arguments, _ = numba.core.sigutils.normalize_signature(signature)
+            return general(tuple(map(numba.types.unliteral, arguments)))
+
+        jitted.compile = compile_once
+    typed: _Function = jitted
+    return typed

@@ -18,6 +18,7 @@ from gm_ompl.planners.ompl_path import judged_anew
 from gm_ompl.planners.ompl_setup import HybridSetup, make_setup
 from gm_ompl.planners.ompl_soundness import refuse_unsound
 from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.steady import steady_moves
 from gm_ompl.scenario.scenario import Scenario
 
 
@@ -51,7 +52,7 @@ def setup(
     return make_setup(judge, rng, searcher, seed, given.resolved())
 
 
-def plan_from(setup: HybridSetup) -> Plan:
+def plan_from(setup: Any) -> Plan:
     """Return the plan that a solved setup has found.
 
     Its path is expanded into moves and judged anew.
@@ -68,11 +69,11 @@ def plan_from(setup: HybridSetup) -> Plan:
         PathError: its path cannot be executed.
     """
     if not isinstance(setup, HybridSetup) or setup.scenario is None:
-        raise InputError("plan_from needs a setup made by gm_ompl.setup")
+        raise InputError(f"plan_from: {type(setup).__name__}: must be made by gm_ompl.setup")
     refuse_unsound(setup.getPlanner())
     started, problem = time.monotonic(), setup.judge.problem
     states = setup.solution()
-    moves = () if states is None else judged_anew(problem, states)
+    moves = () if states is None else steady_moves(problem, judged_anew(problem, states))
     spent = setup.spent + time.monotonic() - started
     ending = setup.ending()
     statistics = {

@@ -151,12 +151,12 @@ def _body(node: Any, body: Body) -> None:
     if body.surface:
         triangles = np.concatenate([face.triangles for face in body.surface])
         rims = np.concatenate([face.rim for face in body.surface])
-        _solid(node, triangles, rims, palette.OBJECT, 1.0)
+        _solid(node, triangles, rims, palette.OBJECT, 0.84)
         return
     for k, piece in enumerate(body.pieces):
         solid = triangles_of(piece.faces, piece.vertices)
         edges = edges_of(piece.faces, piece.vertices)
-        _solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 1.0)
+        _solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 0.84)
 
 
 def _solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
@@ -167,7 +167,7 @@ def _solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: floa
     material = g.MeshLambertMaterial(
         color=colour,
         opacity=opacity,
-        transparent=see_through,
+        transparent=opacity < 1.0,
         depthWrite=not see_through,
         polygonOffset=True,  # faces yield to the edges drawn on them
         polygonOffsetFactor=1,
@@ -191,16 +191,16 @@ def _fingertip(node: Any, radius: float, diagonal: float) -> None:
     """Draw the three looks of a fingertip; its z axis points into the object."""
     position, force, lifted = (node[name] for name in ("position", "force", "lifted"))
     ball = g.Sphere(radius)
-    position["ball"].set_object(ball, g.MeshPhongMaterial(color=palette.POSITION))
+    position["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.POSITION))
     cube = edges_of(_CUBE, 1.08 * radius * _CORNERS)
     lines = g.PointsGeometry(cube.reshape(-1, 3).T.astype(np.float32))
     position["frame"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=palette.POSITION)))
-    force["ball"].set_object(ball, g.MeshPhongMaterial(color=palette.FORCE))
+    force["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.FORCE))
     ring = g.Cylinder(0.3 * radius, 1.22 * radius)
-    force["ring"].set_object(ring, g.MeshPhongMaterial(color=palette.FORCE))
+    force["ring"].set_object(ring, g.MeshLambertMaterial(color=palette.FORCE))
     force["ring"].set_transform(_upright(np.zeros(3)))
     _arrow(force["arrow"], radius, diagonal)
-    glass = g.MeshPhongMaterial(color=palette.LIFTED, opacity=0.55)
+    glass = g.MeshLambertMaterial(color=palette.LIFTED, opacity=0.55)
     lifted["ball"].set_object(ball, glass)
     for look in (force, lifted):
         look.set_property("visible", False)
@@ -210,7 +210,7 @@ def _arrow(node: Any, radius: float, diagonal: float) -> None:
     """Draw an arrow that ends at the fingertip's back; the page scales its shaft along z."""
     thick = min(0.25 * radius, 0.03 * diagonal)
     head = 3.0 * thick
-    ink = g.MeshPhongMaterial(color=palette.FORCE)
+    ink = g.MeshLambertMaterial(color=palette.FORCE)
     # three.js cylinders stand along y, their top towards +y.
     node["head"].set_object(g.Cylinder(head, radiusTop=0.0, radiusBottom=2.0 * thick), ink)
     node["head"].set_transform(_upright([0.0, 0.0, -1.1 * radius - 0.5 * head]))
@@ -233,7 +233,7 @@ _CUBE: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6))
 
 def _camera(view: Any, story: Story) -> None:
     direction = viewpoint(story)
-    distance = 0.46 * VIEW_SIZE / np.tan(np.deg2rad(0.5 * FIELD_OF_VIEW))
+    distance = 0.5 * VIEW_SIZE / np.tan(np.deg2rad(0.5 * FIELD_OF_VIEW))
     x, y, z = distance * direction
     camera = view["/Cameras/default/rotated/<object>"]
     camera.set_property("fov", FIELD_OF_VIEW)

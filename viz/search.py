@@ -161,7 +161,7 @@ def _expansions(ax: Any, story: Story, trace: Trace) -> None:
         ax.axhline(story.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan")
     ax.set_xlabel(f"{story.problem.motion.names[0]} (light: early, dark: late)")
     ax.set_ylabel("bound when expanded")
-    ax.legend(frameon=False)
+    _legend_above(ax)
 
 
 def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> None:
@@ -190,6 +190,12 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
             )
     points = np.array(list(place.values()))
     ax.scatter(points[:, 0], points[:, 1], s=2.0, color="0.2", rasterized=len(points) > 5000)
+    regrasps = [place[n] for n, row in vertices.items() if row["kind"] == "regrasp"]
+    if regrasps:  # where the object rests, such an edge has no length to be seen
+        ax.scatter(
+            *zip(*regrasps, strict=True), s=9.0, facecolors="none", edgecolors="#d55e00",
+            linewidths=0.6, label="after a regrasp",
+        )  # fmt: skip
     steps = [step for step in story.plan.steps if step.kind == "displacement"]
     if flat and steps:
         way = np.array([steps[0].from_, *(step.to for step in steps)])
@@ -198,4 +204,11 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
     ax.set_xlabel(names[0])
     ax.set_ylabel(names[1] if flat else "vertex, in order of growth")
     ax.autoscale_view()
-    ax.legend(frameon=False)
+    _legend_above(ax)
+
+
+def _legend_above(ax: Any) -> None:
+    """Put the legend where no data can be."""
+    ax.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, columnspacing=1.0
+    )

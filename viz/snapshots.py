@@ -94,12 +94,13 @@ def snapshots_figure(story: Story) -> Any:
     shown = moments(story)
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
-    figure = new_figure(CELL * columns, CELL * rows + 0.45)
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    figure.suptitle(title(story.name, 24 * columns), fontsize=8, parse_math=False)
     view, region = Projection(viewpoint(story)), neighbourhood(story)
     corners = np.array(np.meshgrid(*zip(region.low, region.high, strict=True))).reshape(3, -1).T
     frame = view.flat(corners)
+    width, height = np.ptp(frame, axis=0)
+    figure = new_figure(CELL * columns, (CELL * height / width + 0.22) * rows + 0.5)
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    figure.suptitle(title(story.name, 24 * columns), fontsize=8, parse_math=False)
     for ax, moment in zip(axes, shown, strict=False):
         _draw(ax, story, view, region, moment)
         ax.set_title(moment.caption, fontsize=7)
@@ -133,8 +134,8 @@ def _draw(ax: Any, story: Story, view: Projection, region: Region, moment: Momen
     _object(ax, story, view, pose)
     if beat is not None:
         for i in tips:
-            if outward[i] @ view.direction > 0:
-                _tip(ax, story, view, pose, beat, i)
+            hidden = outward[i] @ view.direction <= 0
+            (_outline if hidden else _tip)(ax, story, view, pose, beat, i)
     _environment(ax, story, view, region, depth, behind=False)
 
 
@@ -189,6 +190,15 @@ def _polygon(
             linewidth=0.5 if edge else 0.1,
         )
     )
+
+
+def _outline(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:
+    """Draw the outline of a fingertip that the object may hide."""
+    from matplotlib.patches import Circle
+
+    radius = float(story.problem.fingers.radius[i])
+    centre = view.flat(pose.apply(story.centre(i, beat.placements[i]))[None])[0]
+    ax.add_patch(Circle(centre, radius, fill=False, edgecolor="0.2", linewidth=0.5, linestyle=":"))
 
 
 def _tip(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:

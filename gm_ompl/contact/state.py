@@ -70,7 +70,7 @@ class Instant:
 
     @property
     def force_scale(self) -> float:
-        """Unit of force used inside the programs: M g, or the largest f_max where g = 0."""
+        """Unit of force used inside the programs: M g, else the largest f_max, else 1."""
         if self.gravity > 0:
             return self.mass * self.gravity
-        return float(self.max_normal_force.max()) if len(self.points) else 1.0
+        return float(self.max_normal_force.max(initial=0.0)) or 1.0

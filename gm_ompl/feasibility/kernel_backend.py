@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import final
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
+from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.problem import Placements, Problem
+
+Key: TypeAlias = tuple[int, Placements, Placements]
+"""Contact state, kinds of fingers, placements."""
+
+THREADS = 2
+"""A batch is shared out among so many threads: compiled code runs without the lock."""
 
 
 @final
@@ -41,7 +50,7 @@ class KernelBackend:
         self._numbers: dict[bytes, int] = {}
         self._env: list[Array] = []
         self._load: list[Array] = []
-        self._memo: dict[tuple[int, Placements, Placements], tuple[bool, ModeDecision]] = {}
+        self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
         self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
 
     def _tip_columns(self) -> Array:
@@ -86,8 +95,8 @@ class KernelBackend:
             SolverError: the kernel found neither a decision nor a proof.
         """
         key = (environment, tuple(self._kinds[i] for i in fingers), placements)
-        exact, known = self._memo.get(key, (False, None))
-        if known is None or not (exact or known.z < below):
+        known = self._known(key, below)
+        if known is None:
             known = self._solve(environment, fingers, placements, below)
             self._memo[key] = known.outcome is not Outcome.BELOW, known
         return known
@@ -109,6 +118,68 @@ class KernelBackend:
             return ModeDecision(Outcome.BELOW, float(z) * self.scale)
         return as_decision(end, z * self.scale, direction, mask, f_com * self.scale)
 
+    def decide_many(
+        self, environments: IntArray, sets: IntArray, below: float = 0.0
+    ) -> list[ModeDecision]:
+        """Return what ``decide`` would for the whole hand at many sets of placements at once.
+
+        Args:
+            environments: (K,), the contact state of each decision.
+            sets: (K, n), its placements.
+            below: where z is proven smaller than this, outcome BELOW and a bound will do.
+
+        Raises:
+            SolverError: the kernel found neither a decision nor a proof.
+        """
+        kinds = tuple(self._kinds)
+        keys = [
+            (state, kinds, tuple(rows))
+            for state, rows in zip(environments.tolist(), sets.tolist(), strict=True)
+        ]
+        open_ = list(dict.fromkeys(key for key in keys if self._known(key, below) is None))
+        which = np.array([key[0] for key in open_], dtype=np.int64)
+        rows = np.array([key[2] for key in open_], dtype=np.int64).reshape(len(open_), len(kinds))
+        for key, answer in zip(open_, self._solve_many(which, rows, below), strict=True):
+            self._memo[key] = answer.outcome is not Outcome.BELOW, answer
+        return [self._memo[key][1] for key in keys]
+
+    def _solve_many(self, which: IntArray, rows: IntArray, below: float) -> list[ModeDecision]:
+        K = len(which)
+        if K == 0:
+            return []
+        self.decisions += K
+        first = np.cumsum([0, *(len(env) for env in self._env)])
+        states = States(np.concatenate(self._env), first, np.stack(self._load))
+        answers = unanswered(K, rows.shape[1])
+        ends = [K * part // THREADS for part in range(THREADS + 1)]
+        with ThreadPoolExecutor(THREADS) as threads:
+            parts = [
+                threads.submit(
+                    decide_rows, states, self._tips, self._f_max, DIRECTIONS, below / self.scale,
+                    which, rows, begin, end, answers,
+                )
+                for begin, end in itertools.pairwise(ends)
+            ]  # fmt: skip
+            for part in parts:
+                part.result()
+        return [self._answer(int(which[k]), answers, k) for k in range(K)]
+
+    def _answer(self, environment: int, answers: Decisions, k: int) -> ModeDecision:
+        """Return decision ``k`` and keep the cut that it leaves."""
+        y, z = answers.wrenches[k], float(answers.zs[k])
+        if y.any():
+            self.pool.add(environment, self._load[environment], y)
+        if answers.ends[k] == modes.UNDER:
+            return ModeDecision(Outcome.BELOW, z * self.scale)
+        return as_decision(
+            int(answers.ends[k]), z * self.scale, int(answers.directions[k]),
+            int(answers.masks[k]), answers.commands[k] * self.scale,
+        )  # fmt: skip
+
+    def _known(self, key: Key, below: float) -> ModeDecision | None:
+        exact, known = self._memo.get(key, (False, None))
+        return known if known is not None and (exact or known.z < below) else None
+
     def bound(self, environment: int, fingers: tuple[int, ...], placements: Placements) -> float:
         """Return an upper bound on z of ``decide``, from what was decided so far."""
         known = self._memo.get((environment, tuple(self._kinds[i] for i in fingers), placements))
@@ -117,6 +188,13 @@ class KernelBackend:
         if len(fingers) != len(self._f_max):
             return math.inf
         return self.pool.bound(environment, np.asarray(placements, dtype=np.int64)) * self.scale
+
+    def decided(self) -> list[Key]:
+        """Return what was decided: per decision the contact state, fingers and placements.
+
+        Fingers that are alike stand for each other.
+        """
+        return list(self._memo)
 
     def forget(self) -> None:
         """Empty memo and cuts; the numbers of contact states stay valid."""

@@ -19,8 +19,12 @@ def finger_kinds(problem: Problem) -> tuple[int, ...]:
 
 
 def contact_key(contacts: ContactState, diagonal: float) -> bytes:
-    """Return what a mode decision depends on in ``contacts``, rounded relative to D."""
-    parts = (contacts.points / diagonal, contacts.normals, contacts.slip, contacts.rotation)
+    """Return what a mode decision depends on in ``contacts``, rounded relative to D.
+
+    The order of the contacts does not matter.
+    """
+    columns = (contacts.points / diagonal, contacts.normals, contacts.slip)
     # Adding zero turns -0.0 into 0.0: they are different bytes.
-    rounded = np.concatenate([np.round(part, DECIMALS).ravel() + 0.0 for part in parts])
-    return rounded.tobytes()
+    rows = np.round(np.concatenate(columns, axis=1), DECIMALS) + 0.0
+    rotation = np.round(contacts.rotation, DECIMALS) + 0.0
+    return rows[np.lexsort(rows.T)].tobytes() + rotation.tobytes()

@@ -16,6 +16,7 @@ from gm_ompl.graph.lane import BLOCKED, Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
 from gm_ompl.graph.lanes import lane_tables
 from gm_ompl.graph.sets import LIFTED, PlacementSets, placement_sets
+from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
 MOST_SWEPT = 20_000_000
@@ -52,6 +53,10 @@ class LaneGraph:
     def lanes_met(self) -> int:
         """Number of lanes looked at one by one."""
         return len(self._lanes)
+
+    def coordinates(self, config: int) -> Coordinates:
+        """Return the object's coordinates at a node."""
+        return self._problem.lattice.coordinates(config)
 
     def lane(self, placements: Placements) -> Lane:
         """Return the lane of a canonical set, its bounds renewed."""

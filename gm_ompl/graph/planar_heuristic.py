@@ -17,7 +17,7 @@ from gm_ompl.graph.sets import LIFTED
 from gm_ompl.problem import Placements, Problem
 
 LEVELS = 64
-"""Distances are kept for so many distances of a fingertip from the yaw axis, others rounded down."""
+"""Costs are kept for so many distances of a fingertip from the yaw axis, others rounded down."""
 
 MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""

@@ -15,9 +15,12 @@ from gm_ompl.compilation import compiled
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import modes
+from gm_ompl.mechanics.commands import margin
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision, as_mask, instant_columns
-from gm_ompl.mechanics.simplex import INFEASIBLE, SIDES, TROUBLE, start, worst_direction
-from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill, margin
+from gm_ompl.mechanics.kelley import force_control
+from gm_ompl.mechanics.sides import SIDES, start
+from gm_ompl.mechanics.simplex import INFEASIBLE, TROUBLE, worst_direction
+from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill
 
 
 @compiled
@@ -134,5 +137,5 @@ class Alternatives:
 
     def _force(self, mask: int) -> BoolArray:
         force = np.zeros(len(self._tips), dtype=np.bool_)
-        modes.force_control(mask, force)
+        force_control(mask, force)
         return force

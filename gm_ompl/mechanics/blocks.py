@@ -15,7 +15,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.simplex import feasible
+from gm_ompl.mechanics.tableau import feasible
 
 MAX_BLOCKS = 24
 """Directions coupled at most; a vertex of the program is fixed by 1 + n of them."""

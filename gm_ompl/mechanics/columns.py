@@ -16,7 +16,7 @@ def wrench_norm(mass: float, inertia: Array) -> Array:
     """Return U (6, 6) with U^T U = R of Eq. (8), so that |U Q| is the norm (7)."""
     R = np.eye(6)
     R[3:, 3:] = mass * np.linalg.inv(inertia)
-    upper: Array = np.linalg.cholesky(0.5 * (R + R.T)).T
+    upper: Array = np.asarray(np.linalg.cholesky(0.5 * (R + R.T)).T, dtype=np.float64)
     return upper
 
 

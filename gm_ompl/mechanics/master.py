@@ -51,9 +51,7 @@ def _bring_in(T: Array, cost: Array, m: int, W: int, r: int, j: int) -> None:
 
 
 @compiled
-def best_command(
-    h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: Array
-) -> float:
+def best_command(h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: Array) -> float:
     """Return the largest z under K cuts and write the f (n,) that reaches it.
 
     Solved by the primal simplex on the dual program, which has only 1 + n rows; f and z are its

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.mechanics.internal_force import excessive
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.stability import BELOW, FAILED, UNBOUNDED, equilibrium, margin
-
-TIE = 1e-7
-"""z equal within this, relatively, is a tie (convention)."""
+from gm_ompl.mechanics.commands import TIE, best_commands
+from gm_ompl.mechanics.internal_force import excessive
+from gm_ompl.mechanics.stability import BELOW, REACHED, equilibrium, position_margin
 
 STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, TROUBLE = 0, 1, 2, 3, 4
 """Ends of a decision; UNDER: z is proven smaller than the threshold, and a bound is returned."""
@@ -87,40 +85,23 @@ def passing_sets(env: Array, tips: Array, previous: int, passed: IntArray) -> in
 
 
 @compiled
-def force_control(mask: int, force: BoolArray) -> None:
-    """Write who is force-controlled in a set."""
-    for i in range(len(force)):
-        force[i] = not (mask >> i) & 1
-
-
-@compiled
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, passes: int, f_com: Array,
+    passed: IntArray, f_com: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
-    n = len(tips)
-    force, f, y = np.empty(n, dtype=np.bool_), np.zeros(n), np.empty(6)
-    zs, directions = np.full(passes, -1.0), np.empty(passes, dtype=np.int64)
-    commands = np.zeros((passes, n))
-    top, bound = -1.0, 0.0
-    for j in range(passes):
-        force_control(passed[j], force)
-        floor = max(below, top * (1.0 - 2.0 * TIE))
-        end, z, directions[j] = margin(env, q, tips, f_max, force, L, floor, f, y)
-        if end == FAILED or end == UNBOUNDED:
-            return TROUBLE, 0.0, -1, 0
-        if end == BELOW:
-            bound = max(bound, z)
-            continue
-        zs[j], commands[j] = z, f
-        top = max(top, z)
-    if top < below:
-        return UNDER, max(bound, top), -1, 0
-    for j in range(passes):
-        if zs[j] >= top * (1.0 - TIE):
-            f_com[:] = commands[j]
-            return STABLE, zs[j], directions[j], passed[j]
+    count = len(passed)
+    zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
+    commands = np.empty((count, len(tips)))
+    end, bound = best_commands(env, q, tips, f_max, L, below, passed, zs, limiting, commands)
+    if end == BELOW:
+        return UNDER, max(bound, 0.0), -1, 0
+    if end == REACHED:
+        top = zs.max()
+        for j in range(count):
+            if zs[j] >= top * (1.0 - TIE):
+                f_com[:] = commands[j]
+                return STABLE, zs[j], limiting[j], passed[j]
     return TROUBLE, 0.0, -1, 0
 
 
@@ -140,27 +121,33 @@ def decide(
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         f_com: output (n,): commands of the force-controlled fingers.
-        y: output (6,): with a threshold, the wrench of a cut on z under position control of all
-            fingers, valid for any modes and, as a cut, for any placements; else left alone.
+        y: output (6,): where all fingers under position control were tried, the wrench of a cut
+            on z, valid for any modes and, as a cut, for any placements; else left alone.
 
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
     n = len(tips)
     everyone = (1 << n) - 1
-    force, f = np.zeros(n, dtype=np.bool_), np.zeros(n)
-    if below > 0.0:
-        end, z, direction = margin(env, q, tips, f_max, force, L, below, f, y)
+    P = np.empty((len(env) + n * tips.shape[1], 6))
+    tight = not excessive(P, unit_columns(env, tips, everyone, P))
+    if tight or below > 0.0:
+        end, z, direction = position_margin(env, q, tips, f_max, L, below, tight, y)
         if end == BELOW:
             return UNDER, z, direction, everyone
-    passed = np.empty(1 << n, dtype=np.int64)
-    passes = passing_sets(env, tips, previous, passed)
-    if passes == 0:
-        return INTERNAL_FORCE, -np.inf, -1, 0
-    if below > 0.0 and passed[0] == everyone:
-        return STABLE, z, direction, everyone
-    end, z, direction, mask = _best_set(env, q, tips, f_max, L, below, passed, passes, f_com)
-    if end == STABLE and z <= 0.0:
-        if not equilibrium(env, q, tips, f_max, L, f_com):
-            return NO_EQUILIBRIUM, -np.inf, -1, 0
-    return end, z, direction, mask
+        if tight and end != REACHED:
+            return TROUBLE, 0.0, -1, 0
+    if tight:
+        f_com[:] = 0.0
+        mask = everyone
+    else:
+        passed = np.empty(1 << n, dtype=np.int64)
+        passes = passing_sets(env, tips, previous, passed)
+        if passes == 0:
+            return INTERNAL_FORCE, -np.inf, -1, 0
+        end, z, direction, mask = _best_set(env, q, tips, f_max, L, below, passed[:passes], f_com)
+        if end != STABLE:
+            return end, z, direction, mask
+    if z <= 0.0 and not equilibrium(env, q, tips, f_max, L, f_com):
+        return NO_EQUILIBRIUM, -np.inf, -1, 0
+    return STABLE, max(z, 0.0), direction, mask

@@ -15,6 +15,7 @@ from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
 from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status
+from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Placements, Problem
 
 
@@ -44,7 +45,8 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
 
-    search = LaneSearch(graph, source, start, meter, observer(meter, judge, report))
+    observe, trace = observer(meter, judge, report), tracer(report)
+    search = LaneSearch(graph, source, start, meter, observe, trace)
     status = search.run()
     moves = _moves(problem, judge, search.path())
     decisions = judge.mode_decisions - decided

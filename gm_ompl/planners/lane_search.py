@@ -23,6 +23,7 @@ from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.planners.lane_sources import Source
 from gm_ompl.planners.planner import Meter, Status
+from gm_ompl.planners.trace import Expansion, Trace
 from gm_ompl.problem import Placements
 
 SAME: Final = 1e-12
@@ -83,9 +84,10 @@ class LaneSearch:
         start: int,
         meter: Meter,
         observe: Callable[[LaneSearch], None],
+        trace: Trace | None = None,
     ) -> None:
         self._graph, self._source, self._start = graph, source, start
-        self._meter, self._observe = meter, observe
+        self._meter, self._observe, self._trace = meter, observe, trace
         self._open: list[tuple[float, int, Waiting]] = []
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
@@ -155,7 +157,12 @@ class LaneSearch:
         graph = self._graph
         lane = graph.lane(entry.placements)
         cost, node, hub = graph.target(lane, entry.config, entry.g)
-        if entry.g + cost > f + SAME * f:
+        stale = entry.g + cost > f + SAME * f
+        if self._trace is not None:
+            why = "renewed" if stale else "judged"
+            q = graph.coordinates(entry.config)
+            self._trace(Expansion(q, entry.placements, entry.g, f, why))
+        if stale:
             self._push(entry.g + cost, entry)
             self._wasted(entry)
         elif hub is None:

@@ -49,8 +49,10 @@ GOAL_STATES = Parameter(
     "goal_states", int, 100, "Goal states that are drawn.", low=1, high=100_000, logarithmic=True
 )
 SAMPLES = Parameter(
-    "samples", int, 300, "States drawn at a time.", low=1, high=1_000_000, logarithmic=True
+    "samples", int, 100, "States drawn at a time.", low=1, high=1_000_000, logarithmic=True
 )
+# BITstar and FMT compare every state with every goal state and with all its neighbours.
+FEW_GOAL_STATES = replace(GOAL_STATES, default=10)
 
 
 class OmplPlanner(Planner):
@@ -119,7 +121,7 @@ class BITstar(OmplPlanner):
 
     name: ClassVar[str] = "BITstar"
     specs: ClassVar[PlannerSpecs] = _ANYTIME
-    parameters: ClassVar[tuple[Parameter, ...]] = (SAMPLES, GOAL_STATES, FIRST_PLAN)
+    parameters: ClassVar[tuple[Parameter, ...]] = (SAMPLES, FEW_GOAL_STATES, FIRST_PLAN)
 
 
 class FMT(OmplPlanner):
@@ -127,10 +129,7 @@ class FMT(OmplPlanner):
 
     name: ClassVar[str] = "FMT"
     specs: ClassVar[PlannerSpecs] = _FIRST
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        replace(SAMPLES, default=100),  # every one of them is compared with all its neighbours
-        replace(GOAL_STATES, default=10),
-    )
+    parameters: ClassVar[tuple[Parameter, ...]] = (SAMPLES, FEW_GOAL_STATES)
 
 
 class KPIECE1(OmplPlanner):

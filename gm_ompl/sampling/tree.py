@@ -216,11 +216,20 @@ class Tree:
         if found is not None:
             lane = tuple(sets[found].tolist())
             return self._add(Branch(lane, vertex, int(reach[found]), parent))
-        if self._rng.random() < self._settings.sidestep:
+        # A branch that came all the way with its fingers in the wrong places needs no luck.
+        arrived = branch.reach == self._last and not self.fits_other_end(branch.lane)
+        if arrived or self._rng.random() < self._settings.sidestep:
             lane = tuple(sets[self._preferred(sets)].tolist())
             if lane not in self.by_lane:
-                return self._add(Branch(lane, vertex, vertex, parent))
+                return self._add(Branch(lane, vertex, self._onward(lane, vertex), parent))
         return None
+
+    def _onward(self, lane: Placements, vertex: int) -> int:
+        """Return how far a set comes from ``vertex``."""
+        reach = self._last
+        while (got := self._store.probe(lane, vertex, reach)) != reach:
+            reach = got
+        return reach
 
     def _preferred(self, sets: IntArray) -> int:
         """Return a set with most fingers where the motion's other end wants them."""

@@ -122,7 +122,8 @@ def _check_centre(body: Body) -> None:
 
 def _obstacles(model: ScenarioModel, notes: Notes) -> tuple[Obstacle, ...]:
     made = []
-    for name, obstacle in model.environment.obstacles.items():
+    # By name: programs that write YAML or JSON may sort keys, and the problem must not hang on it.
+    for name, obstacle in sorted(model.environment.obstacles.items()):
         path: Path = ("environment", "obstacles", name)
         body = notes.attempt(path, lambda obstacle=obstacle: body_of(obstacle))  # type: ignore[misc]
         if body is not None:

@@ -13,8 +13,9 @@ import numpy as np
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.model import BoxModel, Placed, ScenarioModel
+from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+from gm_ompl.scenario.shape_model import BoxModel
 
 BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 

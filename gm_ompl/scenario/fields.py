@@ -85,3 +85,8 @@ OneOrManyNotNegative: TypeAlias = Annotated[
 def per_finger(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
     """Return one value per finger from one number or a list."""
     return value if isinstance(value, tuple) else (value,) * count
+
+
+def word_or(tag: str) -> Discriminator:
+    """Tell a single word (``all``, ``any``) from the kind named by ``tag``."""
+    return Discriminator(lambda value: "<word>" if isinstance(value, str) else tag)

@@ -20,15 +20,14 @@ from gm_ompl.scenario.fields import (
     Number,
     OneOrManyNotNegative,
     OneOrManyPositive,
-    Points,
     Positive,
-    PositiveVector,
     Strict,
     Text,
-    Triangle,
     Vector,
     Whole,
+    word_or,
 )
+from gm_ompl.scenario.shape_model import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -36,51 +35,6 @@ MAX_COUNT = 1_000_000
 """No lattice axis and no grid side is longer than this."""
 
 Count: TypeAlias = Annotated[Whole, Field(ge=1, le=MAX_COUNT)]
-
-
-def _word_or(tag: str) -> Discriminator:
-    """Tell a single word (``all``, ``any``) from the kind named by ``tag``."""
-    return Discriminator(lambda value: "<word>" if isinstance(value, str) else tag)
-
-
-class BoxModel(Strict):
-    """An axis-parallel box between two corners."""
-
-    min: Vector
-    max: Vector
-
-
-class MeshModel(Strict):
-    """A closed triangle mesh in the scenario itself."""
-
-    vertices: Points
-    faces: Annotated[tuple[Triangle, ...], Field(min_length=4)]
-
-
-MeshOrFile: TypeAlias = Annotated[
-    Annotated[Text, Tag("<word>")] | Annotated[MeshModel, Tag("<mesh>")],
-    _word_or("<mesh>"),
-]
-
-
-class PartModel(Strict):
-    """One convex piece of a shape: exactly one of ``box``, ``hull``."""
-
-    box: BoxModel | None = None
-    hull: Points | None = None
-
-
-Parts: TypeAlias = Annotated[tuple[PartModel, ...], Field(min_length=1, max_length=64)]
-
-
-class Shape(Strict):
-    """The object's shape: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
-
-    box: PositiveVector | None = Field(None, description="size along x, y, z; centred")
-    hull: Points | None = Field(None, description="points whose convex hull is the shape")
-    mesh: MeshOrFile | None = Field(None, description="an STL, OBJ or PLY file, or a mesh itself")
-    scale: Positive | None = Field(None, description="factor from the mesh file's units")
-    pieces: Parts | None = Field(None, description="convex pieces that do not overlap")
 
 
 class ObjectModel(Strict):
@@ -114,11 +68,11 @@ class Placed(Strict):
 
 PlacedOrAny: TypeAlias = Annotated[
     Annotated[Literal["any"], Tag("<word>")] | Annotated[Placed, Tag("<placed>")],
-    _word_or("<placed>"),
+    word_or("<placed>"),
 ]
 Hand: TypeAlias = Annotated[
     Annotated[Literal["any"], Tag("<word>")] | Annotated[tuple[PlacedOrAny, ...], Tag("<hand>")],
-    _word_or("<hand>"),
+    word_or("<hand>"),
 ]
 
 
@@ -129,7 +83,7 @@ class PlacementsModel(Strict):
     faces: Annotated[
         Annotated[Literal["all"], Tag("<word>")]
         | Annotated[tuple[FaceName, ...], Field(min_length=1), Tag("<list>")],
-        _word_or("<list>"),
+        word_or("<list>"),
     ] = "all"
     margin: NotNegative | None = Field(default=None, description="least distance from a face's rim")
     smallest_face: Annotated[NotNegative, Field(lt=1)] | None = Field(
@@ -147,16 +101,6 @@ class FingersModel(Strict):
     placements: PlacementsModel = PlacementsModel()
     start: Hand = "any"
     goal: Hand = "any"
-
-
-class ObstacleModel(Strict):
-    """A fixed body: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
-
-    box: BoxModel | None = None
-    hull: Points | None = None
-    mesh: MeshOrFile | None = Field(None, description="an STL, OBJ or PLY file, or a mesh itself")
-    scale: Positive | None = Field(None, description="factor from the mesh file's units")
-    pieces: Parts | None = Field(None, description="convex pieces")
 
 
 class EnvironmentModel(Strict):
@@ -180,7 +124,7 @@ class RegionModel(Strict):
     y: Interval
     yaw: Annotated[
         Annotated[Literal["any"], Tag("<word>")] | Annotated[AngleInterval, Tag("<range>")],
-        _word_or("<range>"),
+        word_or("<range>"),
     ] = "any"
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.problem import Problem
@@ -99,7 +99,7 @@ def _model(
     return statics(instant)
 
 
-def _program(model: Statics, forced: Array, commanded: Array) -> LinearProgram:
+def _program(model: Statics, forced: BoolArray, commanded: Array) -> LinearProgram:
     """Build: maximise t subject to Eq. (3) without disturbance and every coefficient >= t.
 
     Variables k_env, k_rob, t; rows: equilibrium (6), normal force per finger, k - t >= 0.
@@ -127,7 +127,7 @@ def _program(model: Statics, forced: Array, commanded: Array) -> LinearProgram:
 
 
 def _ranges(
-    program: LinearProgram, model: Statics, forced: Array, commanded: Array
+    program: LinearProgram, model: Statics, forced: BoolArray, commanded: Array
 ) -> tuple[Array, Array]:
     """Return the least and greatest normal force of every finger, scenario's units."""
     least, most = commanded.copy(), commanded.copy()

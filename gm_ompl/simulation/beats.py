@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -108,15 +109,20 @@ def beats(plan: Plan, problem: Problem) -> tuple[Beat, ...]:
 
 def _fits(number: int, step: DisplacementStep | RegraspStep, problem: Problem) -> None:
     n, d = problem.fingers.count, problem.motion.dimension
-    regrasp = isinstance(step, RegraspStep)
-    points = (step.at,) if regrasp else (step.from_, step.to)
+    points: list[tuple[float, ...]]
+    lists: list[Sequence[object]] = [step.placements]
+    known = True
+    if isinstance(step, RegraspStep):
+        points, known = [step.at], step.finger < n
+        lists += [step.modes, step.f_com]
+    else:
+        points = [step.from_, step.to]
+        lists += [part for row in step.segments for part in (row.modes, row.f_com)]
+        if not step.segments:
+            raise InputError(f"step {number}: a displacement needs at least one segment")
     if any(len(q) != d for q in points):
         raise InputError(f"step {number}: coordinates must be {d} numbers")
-    rows = [step] if regrasp else list(step.segments)
-    if not rows:
-        raise InputError(f"step {number}: a displacement needs at least one segment")
-    lists = [step.placements, *(part for row in rows for part in (row.modes, row.f_com))]
-    if any(len(part) != n for part in lists) or (regrasp and step.finger >= n):
+    if any(len(part) != n for part in lists) or not known:
         raise InputError(f"step {number}: must speak of the scenario's {n} fingers")
 
 

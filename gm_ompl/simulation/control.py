@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.simulation.physics import TIP_MASS
 
 STIFFNESS = 2e3
@@ -50,8 +50,8 @@ class Command:
     lean: Array
     limit: Array
     press: Array
-    down: Array
-    landing: Array
+    down: BoolArray
+    landing: BoolArray
 
 
 @dataclass

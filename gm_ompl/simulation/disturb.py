@@ -14,7 +14,7 @@ from gm_ompl.reference.statics import scaling_root
 from gm_ompl.simulation.execute import Setup
 from gm_ompl.simulation.measure import rotations
 from gm_ompl.simulation.physics import STEP
-from gm_ompl.simulation.play import Player, Snapshot, Wrench
+from gm_ompl.simulation.play import Snapshot
 from gm_ompl.simulation.report import plain
 from gm_ompl.simulation.timeline import PHASES
 
@@ -124,25 +124,17 @@ class Disturber:
         self._pulse, self._rest = round(PULSE / STEP), round(REST / STEP)
         self._snapshots: dict[int, Snapshot] = {}
         self._undisturbed: dict[int, Array] = {}
-        for instant in sorted(set(instants)):
+        whole = self._pulse + self._rest
+        begins = set(instants)
+        for instant in sorted(begins | {begin + whole for begin in begins}):
             self._player.play(until=instant)
-            self._snapshots[instant] = self._player.snapshot()
-        for instant, snapshot in self._snapshots.items():
-            self._player.resume(snapshot)
-            self._undisturbed[instant] = self._played(None)[-1]
+            if instant in begins:
+                self._snapshots[instant] = self._player.snapshot()
+            self._undisturbed[instant] = self._configuration()
 
-    def _played(self, wrench: Wrench | None) -> list[Array]:
-        """Play pulse and rest; return (corners and fingertips) halfway through the rest, and at
-        its end."""
-        start, player = self._player.instant, self._player
-        seen = []
-        for until in (self._pulse + self._rest // 2, self._pulse + self._rest):
-            player.play(until=start + until, wrench=wrench)
-            seen.append(self._configuration(player))
-        return seen
-
-    def _configuration(self, player: Player) -> Array:
-        here = player.physics
+    def _configuration(self) -> Array:
+        """Return the object's corners, world frame, and the fingertips' centres, object frame."""
+        here = self._player.physics
         rotation = rotations(here.quaternion[None])[0]
         corners = self._corners @ rotation.T + here.position
         tips = (here.centres - here.position) @ rotation
@@ -167,16 +159,21 @@ class Disturber:
                 return None
             rotation = rotations(quaternion[None])[0]
             share = (1.0 - np.cos(2.0 * np.pi * (k - instant) / self._pulse)) / 2.0
-            return np.concatenate([rotation @ force, rotation @ moment]) * share
+            acting: Array = share * np.concatenate([rotation @ force, rotation @ moment])
+            return acting
 
         self._player.resume(self._snapshots[instant])
-        halfway, end = self._played(wrench)
+        judged = instant + self._pulse + self._rest
+        between = judged - self._rest // 2
+        self._player.play(until=between, wrench=wrench)
+        halfway = self._configuration()
+        self._player.play(until=judged, wrench=wrench)
+        end = self._configuration()
         n, size = line.fingers, self._setup.world.size
-        off = end - self._undisturbed[instant]
+        off = end - self._undisturbed[judged]
         offset = float(np.linalg.norm(off[: len(off) - n], axis=1).max()) / size
-        # Against the object; a finger on its way elsewhere moves in any case.
-        down = line.down[min(instant + self._pulse + self._rest, len(line) - 1)]
-        down = down & line.down[min(instant + self._pulse + self._rest // 2, len(line) - 1)]
+        # A finger on its way elsewhere moves against the object in any case.
+        down = line.down[[min(k, len(line) - 1) for k in (between, judged)]].all(axis=0)
         moved = np.linalg.norm((end - halfway)[len(off) - n :], axis=1)[down]
         slip = float(moved.max(initial=0.0)) / size
         return Trial(

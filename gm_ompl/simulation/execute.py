@@ -83,10 +83,20 @@ def execute(
     Raises:
         MissingExtraError: MuJoCo is not installed.
     """
+    return perform(setup, other, watch, slack)[0]
+
+
+def perform(
+    setup: Setup,
+    other: World | None = None,
+    watch: Callable[[Player, int], None] | None = None,
+    slack: float = 0.0,
+) -> tuple[ExecutionReport, Measurement]:
+    """Do as ``execute`` does; return what was recorded as well."""
     player = setup.player(other)
     recording = player.play(watch=None if watch is None else lambda k: watch(player, k))
     measured = Measurement(setup.plan, setup.problem, player, recording, setup.allowed.window)
-    return _report(setup, measured, slack)
+    return _report(setup, measured, slack), measured
 
 
 def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionReport:
@@ -154,5 +164,5 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
         if not value <= limit
     ]
     if report.z < z_min * (1.0 - 1e-6):
-        found.append(f"the plan itself states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
+        found.append(f"the plan states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
     return found

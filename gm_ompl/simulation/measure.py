@@ -137,6 +137,13 @@ class Measurement:
             off_contact=float(off.sum() * EVERY * STEP),
         )
 
+    def averaged(self, i: int) -> Array:
+        """Return (K,), the normal force of finger ``i``, averaged around each row."""
+        even = np.ones(self._window)
+        known = np.convolve(np.ones(len(self.rows)), even, "same")
+        mean: Array = np.convolve(self.normal_force[:, i], even, "same") / known
+        return mean
+
     def _in_range(self, i: int, held: BoolArray) -> float | None:
         held = held & np.isfinite(self.timeline.least[self.rows, i])
         got = self._means(self.normal_force[:, i], held)

@@ -64,3 +64,10 @@ def progress(length: float, speed: float, rise: float, dt: float) -> Array:
     way: Array = risen(t) + steady + peak * fall - risen(fall)
     way[-1] = length
     return way
+
+
+def between(along: Array, nodes: Array, values: Array) -> Array:
+    """Return ``values`` (S, ...) given at ``nodes`` (S,) at the places ``along`` (K,), linearly."""
+    flat = values.reshape(len(nodes), -1)
+    mixed = np.stack([np.interp(along, nodes, column) for column in flat.T], axis=1)
+    return mixed.reshape(len(along), *values.shape[1:])

@@ -173,7 +173,7 @@ class Physics:
         """
         view = self._mujoco.MjvCamera()
         view.lookat[:] = look_at
-        view.distance, view.azimuth, view.elevation = 3.2 * self.world.size, 60.0, -20.0
+        view.distance, view.azimuth, view.elevation = 3.2 * self.world.size, 125.0, -20.0
         with self._mujoco.Renderer(self.model, height, width) as renderer:
 
             def picture() -> Any:
@@ -235,9 +235,12 @@ def _mjcf(world: World) -> str:
 <visual><global offwidth="1280" offheight="960"/><map znear="0.01" zfar="50"/>
   <headlight ambient="0.4 0.4 0.4"/></visual>
 <statistic extent="{world.size}"/>
-<asset><texture name="floor" type="2d" builtin="checker" width="64" height="64"
+<asset><texture type="skybox" builtin="gradient" width="64" height="64"
+  rgb1="0.9 0.93 0.97" rgb2="0.6 0.68 0.78"/>
+  <texture name="floor" type="2d" builtin="checker" width="64" height="64"
   rgb1="0.85 0.87 0.9" rgb2="0.75 0.78 0.82"/>
-  <material name="floor" texture="floor" texuniform="true" texrepeat="8 8"/>{"".join(meshes)}</asset>
+  <material name="floor" texture="floor" texuniform="true" texrepeat="8 8"/>
+  {"".join(meshes)}</asset>
 <worldbody><light pos="0 0 {8 * world.size}" dir="0.2 0.3 -1" directional="true"/>{"".join(fixed)}
 <body name="object"><freejoint/>
   <inertial pos="0 0 0" mass="{world.mass!r}" fullinertia="{_numbers(np.array(six))}"/>

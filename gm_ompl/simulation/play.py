@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.simulation.control import Command, Servo
 from gm_ompl.simulation.physics import STEP, Physics
 from gm_ompl.simulation.timeline import Timeline
@@ -34,7 +34,7 @@ class Recording:
         tangential_force: (K, n), likewise.
     """
 
-    rows: Array
+    rows: IntArray
     position: Array
     quaternion: Array
     centre: Array
@@ -108,21 +108,23 @@ class Player:
         """
         until = len(self.timeline) if until is None else until
         rows, places, tips, forces = [], [], [], []
-        normal, sideways, count = 0.0, 0.0, 0
+        n = self.timeline.fingers
+        normal, sideways, count = np.zeros(n), np.zeros(n), 0
         while self.instant < until:
             k, here = self.instant, self.physics
-            self._step(min(k, len(self.timeline) - 1), None if wrench is None else wrench)
+            self._step(min(k, len(self.timeline) - 1), wrench)
             touches = here.touches()
-            normal, sideways, count = normal + touches.normal, sideways + touches.tangential, count + 1
+            normal, sideways = normal + touches.normal, sideways + touches.tangential
+            count += 1
             if count == EVERY or self.instant == until:
                 rows.append(min(k, len(self.timeline) - 1))
                 places.append(np.concatenate([here.position, here.quaternion]))
                 tips.append(here.centres)
                 forces.append((normal / count, sideways / count))
-                normal, sideways, count = 0.0, 0.0, 0
+                normal, sideways, count = np.zeros(n), np.zeros(n), 0
             if watch is not None:
                 watch(k)
-        poses, n = np.array(places).reshape(-1, 7), self.timeline.fingers
+        poses = np.array(places).reshape(-1, 7)
         return Recording(
             np.array(rows, dtype=np.int64), poses[:, :3], poses[:, 3:],
             np.array(tips).reshape(-1, n, 3),

@@ -12,17 +12,15 @@ from gm_ompl.plan.model import PlacementRecord, Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.beats import Move, Run, beats
-from gm_ompl.simulation.pace import Pace, progress, ramp
-from gm_ompl.simulation.timeline import PHASES, Timeline, joined
+from gm_ompl.simulation.pace import Pace, between, progress, ramp
+from gm_ompl.simulation.timeline import PHASES, Timeline, joined, poses
 from gm_ompl.simulation.travel import Clearance, way
 
 TOUCH = 0.02
 """Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
 
 
-def schedule(
-    plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool = True
-) -> Timeline:
+def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool = True) -> Timeline:
     """Lay time over ``plan``.
 
     The object moves at an even pace and stops only to switch modes, to regrasp and to change
@@ -111,13 +109,13 @@ class _Scheduler:
         q = np.stack([np.interp(along, nodes, column) for column in corners.T], axis=1)
         middles = ends - lengths / 2.0
         forces = np.array([stretch.f_com for stretch in run.stretches])
-        f_com = _between(along, middles, forces)
+        f_com = between(along, middles, forces)
         which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
         self._add(
             "move",
             q,
             f_com=f_com,
-            lean=_between(along, middles, leans),
+            lean=between(along, middles, leans),
             least=np.array([found.least for found in balances])[which],
             most=np.array([found.most for found in balances])[which],
             step=np.array([stretch.step for stretch in run.stretches])[which],
@@ -131,15 +129,11 @@ class _Scheduler:
         """Return forces that hold the object, per stretch."""
         found = [
             balance(
-                self.problem,
-                (stretch.start + stretch.end) / 2.0,
-                stretch.end - stretch.start,
-                run.placements,
-                run.force,
-                stretch.f_com,
+                self.problem, (s.start + s.end) / 2.0, s.end - s.start,
+                run.placements, run.force, s.f_com,
             )
-            for stretch in run.stretches
-        ]
+            for s in run.stretches
+        ]  # fmt: skip
         failed = [s for s, b in zip(run.stretches, found, strict=True) if not b.holds]
         if failed:
             self.notes.append(
@@ -211,15 +205,9 @@ class _Scheduler:
 
     def _corners(self, pose: Pose, i: int, start: Array, end: Array, height: float) -> Array:
         """Return the corners of a clear way; straight, with a note, if none is found."""
-        others = [k for k in range(len(self.hand.points)) if k != i]
-        radii = self.problem.fingers.radius[others]
-        centres = pose.apply(
-            self.hand.points[others] - radii[:, None] * self.hand.normals[others]
-        ).reshape(-1, 3)
         span = self.size + 4.0 * float(self.problem.fingers.radius.max())
         for margin in (height / 2.0, height / 4.0, 0.0):
-            clearance = Clearance(self.problem, pose, i, centres, radii, margin)
-            corners = way(clearance, start, end, span)
+            corners = way(self._clearance(pose, i, margin), start, end, span)
             if corners is not None:
                 return corners
         self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new placement")
@@ -227,19 +215,20 @@ class _Scheduler:
 
     def _height(self, pose: Pose, i: int, point: Array, normal: Array) -> float:
         """Return how far finger ``i`` may stand off: less where something is in the way."""
-        radius = float(self.problem.fingers.radius[i])
-        others = [k for k in range(len(self.hand.points)) if k != i]
-        radii = self.problem.fingers.radius[others]
-        centres = pose.apply(
-            self.hand.points[others] - radii[:, None] * self.hand.normals[others]
-        ).reshape(-1, 3)
-        clear = Clearance(self.problem, pose, i, centres, radii, 0.0)
+        radius, clear = float(self.problem.fingers.radius[i]), self._clearance(pose, i, 0.0)
         wanted = self.pace.clearance * self.size
         for height in wanted / 2.0 ** np.arange(6):
             middle = pose.apply(point - (radius + height) * normal)
             if clear.free(middle[None])[0]:
                 return float(height)
         return float(wanted)
+
+    def _clearance(self, pose: Pose, i: int, margin: float) -> Clearance:
+        """Return where finger ``i`` may be while the others keep their placements."""
+        others, hand = [k for k in range(len(self.hand.points)) if k != i], self.hand
+        radii = self.problem.fingers.radius[others]
+        out = hand.points[others] - radii[:, None] * hand.normals[others]
+        return Clearance(self.problem, pose, i, pose.apply(out), radii, margin)
 
     def _land(self, phase: str, which: BoolArray) -> None:
         """Bring fingers down to their placements, and a little beyond until they feel it."""
@@ -250,24 +239,21 @@ class _Scheduler:
         ])  # fmt: skip
         falling = ramp(self._samples(self.pace.lift))[:, None]
         reach = self.pace.reach * self.size * which
-        self._rest(
-            phase,
-            self.pace.lift,
-            height=(1.0 - falling) * heights,
-            press=falling * reach,
-            landing=np.tile(which, (len(falling), 1)),
-        )
+        looking = np.tile(which.astype(float), (len(falling), 1))
+        lower, press = (1.0 - falling) * heights, falling * reach
+        self._rest(phase, self.pace.lift, lower, press=press, landing=looking)
         hand.down = hand.down | which
 
-    def _rest(self, phase: str, seconds: float, **arrays: Array) -> None:
+    def _rest(
+        self, phase: str, seconds: float, height: Array | float = 0.0, **arrays: Array
+    ) -> None:
         q = np.tile(self.q, (self._samples(seconds), 1))
-        self._add(phase, q, **arrays)
+        self._add(phase, q, None, height, **arrays)
 
     def _add(
         self,
         phase: str,
         q: Array,
-        *,
         path: tuple[int, Array] | None = None,
         height: Array | float = 0.0,
         **arrays: Array,
@@ -275,7 +261,7 @@ class _Scheduler:
         """Append instants at coordinates ``q`` (K, d); what is not given stays as it is."""
         K, hand = len(q), self.hand
         n = len(hand.points)
-        position, rotation = self._poses(q)
+        position, rotation = poses(self.problem.motion, q)
         out = self.problem.fingers.radius + np.broadcast_to(height, (K, n))
         local = hand.points - out[..., None] * hand.normals
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
@@ -292,7 +278,9 @@ class _Scheduler:
             "landing": np.zeros(n, dtype=bool),
         }
         rows = {"step": self.step, "segment": -1, "z": self.z, "phase": PHASES.index(phase)}
-        shaped = {k: np.broadcast_to(arrays.get(k, v), (K, n)).copy() for k, v in fields.items()}
+        shaped = {
+            k: np.broadcast_to(arrays.get(k, v), (K, n)).astype(v.dtype) for k, v in fields.items()
+        }
         lean = np.broadcast_to(arrays.get("lean", hand.lean), (K, n, 3))
         flat = {k: np.broadcast_to(arrays.get(k, np.array(v)), (K,)) for k, v in rows.items()}
         self.parts.append(
@@ -309,17 +297,3 @@ class _Scheduler:
             )
         )
         self.notes.clear()
-
-    def _poses(self, q: Array) -> tuple[Array, Array]:
-        if (q == q[0]).all():
-            pose = self.problem.motion.pose(q[0])
-            return np.tile(pose.position, (len(q), 1)), np.tile(pose.rotation, (len(q), 1, 1))
-        poses = [self.problem.motion.pose(row) for row in q]
-        return np.array([p.position for p in poses]), np.array([p.rotation for p in poses])
-
-
-def _between(along: Array, nodes: Array, values: Array) -> Array:
-    """Return ``values`` (S, ...) given at ``nodes`` (S,) at the places ``along`` (K,), linearly."""
-    flat = values.reshape(len(nodes), -1)
-    mixed = np.stack([np.interp(along, nodes, column) for column in flat.T], axis=1)
-    return mixed.reshape(len(along), *values.shape[1:])

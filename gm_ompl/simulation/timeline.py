@@ -10,6 +10,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.motion import Motion
 
 PHASES = ("settle", "approach", "switch", "move", "lift", "travel", "land")
 """What happens: fingers stand off, come down, modes and forces change, the object moves, and a
@@ -75,12 +76,13 @@ class Timeline:
     @cached_property
     def time(self) -> Array:
         """(T,), seconds since the beginning."""
-        return self.dt * np.arange(len(self))
+        seconds: Array = self.dt * np.arange(len(self), dtype=np.float64)
+        return seconds
 
     @cached_property
     def quaternion(self) -> Array:
         """(T, 4), the object's orientation, w x y z, without jumps of sign."""
-        rows = np.empty((len(self), 4))
+        rows: Array = np.empty((len(self), 4))
         last: Array | None = None
         for k, rotation in enumerate(self.rotation):
             if last is not None and k and np.array_equal(rotation, self.rotation[k - 1]):
@@ -94,9 +96,9 @@ class Timeline:
     @cached_property
     def spin(self) -> Array:
         """(T, 3), angular velocity of the object and of the fingertips [rad/s]."""
-        step = np.einsum("tij,tkj->tik", self.rotation[1:], self.rotation[:-1])
+        step: Array = np.einsum("tij,tkj->tik", self.rotation[1:], self.rotation[:-1])
         skew = (step - step.transpose(0, 2, 1)) / 2.0
-        turn = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / self.dt
+        turn: Array = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / self.dt
         whole: Array = np.concatenate([turn, turn[-1:]])
         return whole
 
@@ -120,16 +122,13 @@ class Timeline:
         """
         acceleration = length * _rate(_rate(self.position, self.dt), self.dt)
         force = mass * np.einsum("tji,tj->ti", self.rotation, acceleration)
-        momentum = np.einsum(
-            "tij,jk,tlk,tl->ti", self.rotation, inertia, self.rotation, self.spin
-        )
+        momentum = np.einsum("tij,jk,tlk,tl->ti", self.rotation, inertia, self.rotation, self.spin)
         moment = np.einsum("tji,tj->ti", self.rotation, _rate(momentum, self.dt))
         return np.concatenate([force, moment], axis=1)
 
 
 def _rate(values: Array, dt: float) -> Array:
-    rate: Array = np.gradient(values, dt, axis=0)
-    return rate
+    return np.asarray(np.gradient(values, dt, axis=0), dtype=np.float64)
 
 
 def joined(parts: Sequence[Timeline]) -> Timeline:
@@ -141,3 +140,12 @@ def joined(parts: Sequence[Timeline]) -> Timeline:
     }
     notes = tuple(note for part in parts for note in part.notes)
     return Timeline(dt=parts[0].dt, notes=notes, **arrays)
+
+
+def poses(motion: Motion, q: Array) -> tuple[Array, Array]:
+    """Return positions (K, 3) and rotations (K, 3, 3) at coordinates ``q`` (K, d)."""
+    if (q == q[0]).all():
+        pose = motion.pose(q[0])
+        return np.tile(pose.position, (len(q), 1)), np.tile(pose.rotation, (len(q), 1, 1))
+    each = [motion.pose(row) for row in q]
+    return np.array([pose.position for pose in each]), np.array([pose.rotation for pose in each])

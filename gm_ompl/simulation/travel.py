@@ -113,9 +113,7 @@ def _nearest(
     return None
 
 
-def _shortest(
-    free: BoolArray, shape: tuple[int, ...], start: int, goal: int
-) -> list[int] | None:
+def _shortest(free: BoolArray, shape: tuple[int, ...], start: int, goal: int) -> list[int] | None:
     """Return the cells of the shortest way over free neighbours (A*)."""
     lengths = np.linalg.norm(_STEPS, axis=1)
     there = np.array(np.unravel_index(goal, shape))

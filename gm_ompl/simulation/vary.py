@@ -89,8 +89,6 @@ def vary(setup: Setup, share: float, count: int, seed: int) -> VariationReport:
         report = execute(setup, errant_world(setup, share, number), slack=share)
         least = report.z
         runs.append(
-            VariedRun(
-                number, report.holds, report.findings, report.end_position, report.end_angle
-            )
+            VariedRun(number, report.holds, report.findings, report.end_position, report.end_angle)
         )
     return VariationReport(share, least, tuple(runs))

@@ -20,6 +20,7 @@ from gm_ompl.reference.statics import statics
 
 UP = np.array([0.0, 0.0, 1.0])
 STILL = np.zeros(3)
+AHEAD = np.array([1.0, 0.0, 0.0])
 
 
 def lying(*obstacles: Body, patch_points: int = 0, floor: bool = True) -> Environment:
@@ -74,11 +75,13 @@ def test_patches_of_other_planes_are_not_joined() -> None:
     """Neither parallel planes nor tilted ones make one patch, nor do sides with a gap."""
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     tilted = np.array([0.0, math.sin(0.1), math.cos(0.1)])
-    above, beside = square + [0, 0, 0.1], square + [1.1, 0, 0]
+    above, beside = square + np.array([0, 0, 0.1]), square + np.array([1.1, 0, 0])
     others = [Patch(above, UP), Patch(square, tilted), Patch(beside, UP)]
     for other in others:
         assert len(list(joined([Patch(square, UP), other], 1e-7))) == 2
-    assert len(list(joined([Patch(square, UP), Patch(square + [1, 0.5, 0], UP)], 1e-7))) == 1
+    assert (
+        len(list(joined([Patch(square, UP), Patch(square + np.array([1, 0.5, 0]), UP)], 1e-7))) == 1
+    )
 
 
 @pytest.mark.parametrize("fineness", [1, 2, 3, 5])
@@ -101,9 +104,9 @@ def test_points_inside_divide_the_patch_evenly(fineness: int) -> None:
 def test_points_inside_count_only_while_the_object_turns_on_them() -> None:
     """At rest and in translation the corners carry everything; under yaw all points slide."""
     body = Body((box([-2, -1, -1], [2, 1, 1]),))
-    pose = Pose(np.eye(3), [0, 0, 1])
+    pose = Pose(np.eye(3), UP)
     contacts = environment_contacts(body, lying(patch_points=2), pose)
-    slide, spin = Twist([1.0, 0, 0], STILL), Twist(STILL, [0, 0, 2.0])
+    slide, spin = Twist(AHEAD, STILL), Twist(STILL, 2.0 * UP)
     counts = [len(contact_state(contacts, pose, t, body).points) for t in (None, slide, spin)]
     assert counts == [4, 4, 4 + 1 + 4 * 3 - 4]
     turning = contact_state(contacts, pose, spin, body)
@@ -126,7 +129,7 @@ def test_sliding_along_a_wall_by_hand() -> None:
     mu, F, mass, g = 0.3, 6.0, 1.0, 9.8
     body = Body((box([-4, -2, -1], [4, 2, 1]),))
     wall = Body((box([-20, 2, 0], [20, 3, 9]),))
-    pose, along = Pose(np.eye(3), [0, 0, 1]), Twist([1.0, 0, 0], STILL)
+    pose, along = Pose(np.eye(3), UP), Twist(AHEAD, STILL)
     for walls, want in (((wall,), F / mu - mass * g), ((), 0.0)):
         contacts = environment_contacts(body, lying(*walls), pose)
         state = contact_state(contacts, pose, along, body)

@@ -62,16 +62,16 @@ def cylinder(facets: int) -> Body:
 
 TWISTS = {
     "at rest": None,
-    "sliding": Twist([1.0, 0.3, 0.0], np.zeros(3)),
-    "turning": Twist(np.zeros(3), [0.0, 0.0, 1.0]),
-    "both": Twist([0.4, -0.1, 0.0], [0.0, 0.0, 0.5]),
+    "sliding": Twist(np.array([1.0, 0.3, 0.0]), np.zeros(3)),
+    "turning": Twist(np.zeros(3), np.array([0.0, 0.0, 1.0])),
+    "both": Twist(np.array([0.4, -0.1, 0.0]), np.array([0.0, 0.0, 0.5])),
 }
 
 
 @pytest.mark.parametrize("name", TWISTS)
 def test_a_cylinder_of_many_facets_converges(name: str) -> None:
     """z at fixed fingertip points, 12, 24, 48, 96 facets: within 8 / n^2 of that with 192."""
-    pose, found = Pose(np.eye(3), [0.0, 0.0, 1.0]), []
+    pose, found = Pose(np.eye(3), np.array([0.0, 0.0, 1.0])), []
     many = np.array([12, 24, 48, 96, 192])
     for facets in many:
         body = cylinder(int(facets))

@@ -57,9 +57,7 @@ def test_the_plain_search_agrees(
         ("random/planar/7", ["fingers.placements.grid=[1, 1]", "cost.samples_per_arc=1"]),
     ],
 )
-def test_the_bound_is_admissible_and_no_weaker_than_travel(
-    name: str, overrides: list[str]
-) -> None:
+def test_the_bound_is_admissible_and_no_weaker_than_travel(name: str, overrides: list[str]) -> None:
     """A* finds Dijkstra's cost; at random nodes the bound is at least (11), and fits its parts."""
     problem = load(name, overrides).problem
     assert suits(problem)
@@ -75,7 +73,9 @@ def test_the_bound_is_admissible_and_no_weaker_than_travel(
         hand = tuple(sorted(rng.choice(P, size=n, replace=False).tolist()))
         estimate = bound.estimate(config, hand)
         assert estimate >= travel.estimate(config, hand) * (1 - 1e-6)
-        single = [table[row] for table, row in zip(bound.finger_estimates(config), hand, strict=True)]
+        single = [
+            table[row] for table, row in zip(bound.finger_estimates(config), hand, strict=True)
+        ]
         assert max(single) <= estimate * (1 + 1e-12)
 
 

@@ -12,7 +12,7 @@ from gm_ompl.scenario.load import MAX_BYTES, load, random_names, read, shipped
 
 
 def test_the_papers_scenarios_ship() -> None:
-    """All five are there, each with source, description and what to expect."""
+    """The paper's five are there; each scenario has source, description and what to expect."""
     assert {f"paper/{n}" for n in ("slide", "push", "tumble", "regrasp", "cork")} <= set(shipped())
     for name in shipped():
         scenario = load(name)
@@ -60,7 +60,7 @@ def test_missing_names_suggest() -> None:
         ("random/tumble/-1", "for example random/tumble/17"),
         ("random/tumble", "for example random/tumble/17"),
         ("random/tumble/" + "9" * 30, "for example random/tumble/17"),
-        ("qqqqqqqq", "shipped: paper/cork"),
+        ("qqqqqqqq", "shipped: hand/three-fingers, paper/cork"),
         ("no\0name", "no such scenario or file"),
     ):
         with pytest.raises(ScenarioError) as caught:

@@ -1,4 +1,4 @@
-"""Builds the gallery: ``python -m gm_ompl.viz.gallery docs`` writes gallery.md and its images."""
+"""Builds the gallery: ``python -m gm_ompl.app.gallery docs`` writes gallery.md and its images."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from gm_ompl import api
 from gm_ompl.app.planning import summary
 from gm_ompl.plan.model import Plan
 from gm_ompl.scenario.load import shipped
-
-from .canvas import save, styled
-from .figures import forces_figure
-from .page import write_text
-from .search import search_figure
-from .snapshots import snapshots_figure
-from .story import tell
+from gm_ompl.viz.canvas import save, styled
+from gm_ompl.viz.figures import forces_figure
+from gm_ompl.viz.page import write_text
+from gm_ompl.viz.search import search_figure
+from gm_ompl.viz.snapshots import snapshots_figure
+from gm_ompl.viz.story import tell
 
 TIME_LIMIT: Final = 120.0
 """A scenario that is not solved within this time is left out [s]."""

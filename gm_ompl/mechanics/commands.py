@@ -1,0 +1,194 @@
+"""Problem (6) with force-controlled fingers, compiled: the best f_com, for several mode sets.
+
+Each set has its cuts on z(f_com) (Kelley's cutting planes); the set whose bound on z is largest is
+taken on until no other can match what has been proven.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.kelley import (
+    MAX_CUTS,
+    add_cut,
+    begin,
+    new_work,
+    no_cuts,
+    take_up,
+    tightest,
+    try_command,
+)
+from gm_ompl.mechanics.master import best_command
+from gm_ompl.mechanics.sides import SIDES
+from gm_ompl.mechanics.simplex import SOLVED, TROUBLE
+from gm_ompl.mechanics.stability import (
+    BELOW,
+    FAILED,
+    REACHED,
+    UNBOUNDED,
+    fill,
+    position_margin,
+    run_pass,
+)
+from gm_ompl.mechanics.tableau import MAX_STEPS
+
+ZERO = 1e-10
+"""z up to this (over force_scale) is no margin at all."""
+TIE = 1e-7
+"""z equal within this, relatively, is a tie (convention)."""
+
+
+@compiled
+def _joint(
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
+    met: IntArray, f: Array,
+) -> tuple[int, float, int]:  # fmt: skip
+    """z where cutting creeps: the last directions met in one program, more as they are violated."""
+    n, s = len(tips), tips.shape[1]
+    m, N = 6 + n, 1 + len(env) + n * s + n
+    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
+    basis, y = np.empty(m, dtype=np.int64), np.empty(m)
+    chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
+    for K in range(len(met) - 1, -1, -1):
+        if count < 1 + n and not (chosen[:count] == met[K]).any():
+            chosen[count] = met[K]
+            count += 1
+    while True:
+        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, f)
+        if not solved:
+            return FAILED, 0.0, -1
+        if below > 0.0 and z < below:
+            return BELOW, z, chosen[0]
+        if z <= ZERO:
+            return REACHED, 0.0, chosen[0]
+        cost = fill(env, q, tips, f_max, force, f, raw)
+        limit = (1.0 + 1e-9) / z
+        end, direction, _ = run_pass(
+            raw, cost, L, T, d, basis, y, False, limit, limit, MAX_STEPS, y
+        )
+        if end == SOLVED:
+            return REACHED, z, direction
+        if end == TROUBLE or count == MAX_BLOCKS or (chosen[:count] == direction).any():
+            return FAILED, 0.0, direction
+        chosen[count] = direction
+        count += 1
+
+
+@compiled
+def _next_set(zs: Array, bounds: Array, below: float) -> int:
+    """Return the set to take on next: the largest bound, the preferred set in a tie.
+
+    Sets stand in order of preference: one that at best ties with a set before it need not be
+    solved. ``len(zs)`` where none needs to be.
+    """
+    sets, best, chosen = len(zs), -1.0, len(zs)
+    for j in range(sets - 1, -1, -1):
+        # Factors of two keep clear of the tie's edge; bounds are exact to much less.
+        needed = zs[j] < 0.0 and bounds[j] >= below
+        for i in range(sets):
+            if zs[i] >= 0.0:
+                least = 1.0 + 0.5 * TIE if i < j else 1.0 - 2.0 * TIE
+                needed = needed and bounds[j] > zs[i] * least
+        if needed and bounds[j] * (1.0 + TIE) >= best:
+            best, chosen = max(best, bounds[j]), j
+    return chosen
+
+
+@compiled
+def best_commands(
+    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
+    zs: Array, limiting: IntArray, commands: Array,
+) -> tuple[int, float]:  # fmt: skip
+    """Find the largest z among sets of modes, each with at least one force-controlled finger.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        tips: (n, s, 6), the fingers' columns for unit normal force.
+        f_max: (n,), over force_scale.
+        L: (76, 6), the directions.
+        below: a threshold; where all z are proven smaller, stop.
+        masks: (sets,), position-controlled fingers as bits, in order of preference.
+        zs: output (sets,): z where it may be the largest or tie with it, else -1.
+        limiting: output (sets,): the directions that limit z.
+        commands: output (sets, n): f_com; f_max under position control.
+
+    Returns:
+        REACHED (some z is at least ``below``), BELOW, UNBOUNDED or FAILED, with an upper bound on
+        all z.
+    """
+    sets, n = len(masks), len(tips)
+    work = new_work(sets, n, len(env), tips.shape[1])
+    cuts = no_cuts(sets, n)
+    force, caps, top = np.empty(n, dtype=np.bool_), np.empty(n), -1.0
+    begin(f_max, masks, force, cuts.trials, commands, zs)
+    while True:
+        j = _next_set(zs, cuts.bounds, below)
+        if j == sets:
+            break
+        K, nf = cuts.counts[j], take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
+        if K == MAX_CUTS:
+            floor = max(below, top * (1.0 - 2.0 * TIE))
+            end, cuts.bounds[j], limiting[j] = _joint(
+                env, q, tips, f_max, force, L, floor, cuts.met[j], commands[j]
+            )
+            if end == FAILED:
+                return FAILED, 0.0
+            if end == REACHED:
+                zs[j], top = cuts.bounds[j], max(top, cuts.bounds[j])
+            continue
+        end, direction = try_command(env, q, tips, f_max, force, L, j, cuts, commands, work)
+        if end == TROUBLE:
+            return FAILED, 0.0
+        if end == SOLVED and K > 0:
+            zs[j], which = tightest(cuts.h[j], cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
+            limiting[j], top = cuts.met[j, which], max(top, zs[j])
+            continue
+        if not add_cut(q, tips, f_max, force, L, direction, work.y, cuts, j):
+            return UNBOUNDED, np.inf
+        z = best_command(cuts.h[j], cuts.c[j], cuts.slopes[j], K + 1, caps, nf, cuts.trials[j])
+        cuts.bounds[j] = min(cuts.bounds[j], z)
+        if cuts.bounds[j] <= ZERO:
+            cuts.bounds[j], zs[j], limiting[j], top = 0.0, 0.0, direction, max(top, 0.0)
+    return (REACHED if top >= below else BELOW), max(top, cuts.bounds.max())
+
+
+@compiled
+def margin(
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
+    f: Array, y: Array,
+) -> tuple[int, float, int]:  # fmt: skip
+    """z of Problem (6) for given modes, the best f_com, and the direction that limits z.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        tips: (n, s, 6), the fingers' columns for unit normal force.
+        f_max: (n,), over force_scale, as all forces here.
+        force: (n,), who is force-controlled.
+        L: (76, 6), the directions.
+        below: a threshold; where z is proven smaller, stop with an upper bound on z.
+        f: output (n,): f_com for the force-controlled fingers.
+        y: output (6,): where nobody is force-controlled, the wrench of the cut that proves z.
+
+    Returns:
+        How it ended, z (or its bound, never below 0), the direction.
+    """
+    if not force.any():
+        end, z, direction = position_margin(env, q, tips, f_max, L, below, True, y)
+        return end, max(z, 0.0), direction
+    mask = 0 * len(force)
+    for i in range(len(force)):
+        if not force[i]:
+            mask |= 1 << i
+    zs, limiting, commands = np.empty(1), np.empty(1, dtype=np.int64), np.empty((1, len(f)))
+    end, bound = best_commands(
+        env, q, tips, f_max, L, below, np.array([mask]), zs, limiting, commands
+    )
+    if end == REACHED:
+        f[:] = commands[0]
+        return REACHED, zs[0], limiting[0]
+    return end, max(bound, 0.0), -1

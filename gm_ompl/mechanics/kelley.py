@@ -1,0 +1,185 @@
+"""Kelley's cutting planes over f_com, compiled: what they keep, and one trial.
+
+Infeasible directions give cuts as well (with a right-hand side <= 0 at the trial point), so thin
+ranges of feasible f_com need no special care.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.sides import SIDES
+from gm_ompl.mechanics.simplex import NO_TAU
+from gm_ompl.mechanics.stability import cut, fill, run_pass
+from gm_ompl.mechanics.tableau import MAX_STEPS
+
+MAX_CUTS = 40
+"""Cuts over f_com before the directions met are put into one program."""
+GAP = 1e-10
+"""Cutting stops where the bound is within this of z, relative to max(z, 1e-3)."""
+FRESH = 8
+"""Passes on one tableau before it is filled anew: rounding adds up with every pivot."""
+FIRST_LOOK = 12
+"""Pivots at the first trial f_com, which is a mere guess."""
+
+
+class Cuts(NamedTuple):
+    """Kelley's cuts h z <= c + slopes . f_com of several sets of modes.
+
+    Attributes:
+        h: (sets, MAX_CUTS).
+        c: (sets, MAX_CUTS).
+        slopes: (sets, MAX_CUTS, n), a column per force-controlled finger, the rest unused.
+        met: (sets, MAX_CUTS), the directions that they are about.
+        counts: (sets,), how many there are.
+        bounds: (sets,), the largest z that they allow.
+        trials: (sets, n), f_com that allows it, an entry per force-controlled finger.
+    """
+
+    h: Array
+    c: Array
+    slopes: Array
+    met: IntArray
+    counts: IntArray
+    bounds: Array
+    trials: Array
+
+
+class Work(NamedTuple):
+    """The tableau of each set of modes, kept from pass to pass.
+
+    Attributes:
+        raw: (m, N), columns.
+        T: (sets, m, W), tableaus.
+        d: (sets, W), reduced costs.
+        basis: (sets, m).
+        tau: (sets, m), the raw tau column of the last pass.
+        change: (m,), what f_com's step adds to it.
+        y: (m,), duals.
+    """
+
+    raw: Array
+    T: Array
+    d: Array
+    basis: IntArray
+    tau: Array
+    change: Array
+    y: Array
+
+
+@compiled
+def new_work(sets: int, n: int, e: int, s: int) -> Work:
+    """Return unused tableaus for hands of n fingers, e columns of the environment."""
+    m, N = 6 + n, 1 + e + n * s + n
+    W = N + m + SIDES
+    return Work(
+        np.empty((m, N)), np.empty((sets, m, W)), np.empty((sets, W)),
+        np.empty((sets, m), dtype=np.int64), np.empty((sets, m)), np.empty(m), np.empty(m),
+    )  # fmt: skip
+
+
+@compiled
+def no_cuts(sets: int, n: int) -> Cuts:
+    """Return no cuts."""
+    return Cuts(
+        np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS, n)),
+        np.empty((sets, MAX_CUTS), dtype=np.int64), np.zeros(sets, dtype=np.int64),
+        np.full(sets, np.inf), np.empty((sets, n)),
+    )  # fmt: skip
+
+
+@compiled
+def tightest(h: Array, c: Array, slopes: Array, count: int, trial: Array) -> tuple[float, int]:
+    """Return the least bound on z that the cuts give at ``trial``, and whose it is."""
+    least, which = np.inf, -1
+    for k in range(count):
+        z = c[k]
+        for j in range(len(trial)):
+            z += slopes[k, j] * trial[j]
+        if z / h[k] < least:
+            least, which = z / h[k], k
+    return least, which
+
+
+@compiled
+def force_control(mask: int, force: BoolArray) -> None:
+    """Write who is force-controlled in a set."""
+    for i in range(len(force)):
+        force[i] = not (mask >> i) & 1
+
+
+@compiled
+def begin(
+    f_max: Array, masks: IntArray, force: BoolArray, trials: Array, commands: Array, zs: Array
+) -> None:
+    """Write the first trial f_com of every set, in the middle of its range."""
+    for j in range(len(masks)):
+        force_control(masks[j], force)
+        nf = 0
+        for i in range(len(f_max)):
+            commands[j, i] = f_max[i]
+            if force[i]:
+                trials[j, nf] = 0.5 * f_max[i]
+                nf += 1
+        zs[j] = -1.0
+
+
+@compiled
+def take_up(
+    j: int, mask: int, f_max: Array, force: BoolArray, trials: Array, commands: Array, caps: Array
+) -> int:
+    """Write set j's modes, trial f_com and its limits; return how many are force-controlled."""
+    force_control(mask, force)
+    nf = 0
+    for i in range(len(force)):
+        if force[i]:
+            caps[nf] = f_max[i]
+            commands[j, i] = trials[j, nf]
+            nf += 1
+    return nf
+
+
+@compiled
+def add_cut(
+    q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, direction: int, y: Array,
+    cuts: Cuts, j: int,
+) -> bool:  # fmt: skip
+    """Add y's cut on a direction to set j; False where y is nothing, so that z = +inf."""
+    size, K = 0.0, cuts.counts[j]
+    for t in range(6):
+        size = max(size, abs(y[t]))
+    if size <= NO_TAU:
+        return False
+    unit = y[:6] / size
+    cuts.h[j, K] = 0.0
+    for t in range(6):
+        cuts.h[j, K] += L[direction, t] * unit[t]
+    cuts.c[j, K] = cut(q, tips, f_max, force, unit, cuts.slopes[j, K])
+    cuts.met[j, K], cuts.counts[j] = direction, K + 1
+    return True
+
+
+@compiled
+def try_command(
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, j: int,
+    cuts: Cuts, commands: Array, work: Work,
+) -> tuple[int, int]:  # fmt: skip
+    """Try set j's f_com: SOLVED where z reaches its bound, else a direction that proves less.
+
+    The first trial is a mere guess: a look at it will do.
+    """
+    K, bound = cuts.counts[j], cuts.bounds[j]
+    cost = fill(env, q, tips, f_max, force, commands[j], work.raw)
+    work.change[:] = work.raw[:, 0] - work.tau[j]
+    work.tau[j] = work.raw[:, 0]
+    aim = bound - GAP * max(bound, 1e-3) if K else 0.0
+    limit, enough = (1.0 / aim, 1.0 / aim) if K else (np.inf, 0.0)
+    end, direction, _ = run_pass(
+        work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, K % FRESH > 0, limit,
+        enough, MAX_STEPS if K else FIRST_LOOK, work.y,
+    )  # fmt: skip
+    return end, direction

@@ -1,0 +1,90 @@
+"""The right-hand sides of all 76 directions on one tableau.
+
+They are +e_1..+e_6 and the corners with + in the last coordinate: opposite directions have
+opposite basic solutions. A direction is coded 2 j for side j, 2 j + 1 for its opposite. Column 0 of
+a tableau is tau.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.tableau import pivot
+
+SIDES = 38
+"""Right-hand sides in a tableau: one for each pair of opposite directions."""
+
+
+@compiled
+def number(code: int) -> int:
+    """Return the number 0..75 of a coded direction."""
+    j = code // 2
+    if code % 2:
+        return 2 * j + 1 if j < 6 else 81 - j
+    return 2 * j if j < 6 else 6 + j
+
+
+@compiled
+def start(
+    raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int
+) -> None:
+    """Fill the tableau from the raw columns (m, N) with the all-artificial basis."""
+    for i in range(m):
+        for j in range(N):
+            T[i, j] = raw[i, j]
+        for j in range(m):
+            T[i, N + j] = 0.0
+        T[i, N + i] = 1.0
+        basis[i] = N + i
+    for j in range(N + m):
+        d[j] = 0.0
+    d[0] = cost
+    raise_sides(L, T, d, m, N)
+
+
+@compiled
+def raise_sides(L: Array, T: Array, d: Array, m: int, N: int) -> None:
+    """Write all right-hand sides, from the inverse of the basis that the tableau holds."""
+    first = N + m
+    for j in range(SIDES):
+        d[first + j] = 0.0
+        for i in range(m):
+            T[i, first + j] = 0.0
+    sides = np.empty(SIDES)
+    for t in range(6):
+        for j in range(SIDES):
+            sides[j] = L[number(2 * j), t]
+        for j in range(SIDES):
+            d[first + j] += d[N + t] * sides[j]
+        for i in range(m):
+            factor = T[i, N + t]
+            if factor != 0.0:
+                for j in range(SIDES):
+                    T[i, first + j] += factor * sides[j]
+
+
+@compiled
+def move_tau(change: Array, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int) -> bool:
+    """Add ``change`` (m,) to the raw tau column, the basis kept; False where that is not optimal.
+
+    All right-hand sides are written anew.
+    """
+    for j in range(m):
+        if change[j] != 0.0:
+            for i in range(m):
+                T[i, 0] += change[j] * T[i, N + j]
+            d[0] += change[j] * d[N + j]
+    for r in range(m):
+        if basis[r] == 0:
+            if abs(T[r, 0]) < 1e-6:
+                return False
+            pivot(T, d, basis, m, N + m, r, 0 * r)
+    for j in range(N):
+        if d[j] < 0.0:
+            if d[j] < -1e-10:
+                return False
+            d[j] = 0.0
+    raise_sides(L, T, d, m, N)
+    return True

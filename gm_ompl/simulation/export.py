@@ -1,0 +1,93 @@
+"""What a controller reads: timed poses, control modes and commanded forces, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import numpy as np
+
+from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.model import Plan
+from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.simulation.pace import Pace
+from gm_ompl.simulation.schedule import schedule
+from gm_ompl.simulation.timeline import PHASES, Timeline
+
+POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
+
+
+def table(plan: Plan, pace: Pace | None = None, rate: float = 100.0) -> str:
+    """Return the plan over time as CSV with a commented header.
+
+    Args:
+        plan: what to execute.
+        pace: how fast; None for the usual pace.
+        rate: rows per second.
+
+    Raises:
+        InputError: the plan moves nothing, or ``rate`` is no rate.
+    """
+    if not (np.isfinite(rate) and 1.0 <= rate <= 10000.0):
+        raise InputError(f"--rate {rate}: must be from 1 to 10000 rows per second")
+    pace = pace or Pace()
+    problem = Scenario.from_resolved(plan.scenario).problem
+    line = schedule(plan, problem, pace, 1.0 / rate)
+    out = io.StringIO()
+    for text in _header(problem.name, line, pace):
+        out.write(f"# {text}\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(_columns(line.fingers))
+    for k in range(len(line)):
+        writer.writerow(_row(line, k))
+    return out.getvalue()
+
+
+def _header(name: str, line: Timeline, pace: Pace) -> list[str]:
+    return [
+        f"gm-ompl export of a plan for {name}",
+        "world frame: right-handed, z up, gravity along -z, origin as in the scenario",
+        "units: time in seconds; lengths and forces in the scenario's own units",
+        "object: pose of its centre of mass; quaternion (w, x, y, z), object to world",
+        "finger i: pose of the fingertip's centre; it turns with the object",
+        "mode: position, force, switch (between the two) or free (no contact planned)",
+        "f_com: commanded normal force along the normal (nx, ny, nz), which points into the",
+        "object; empty but under force control and in a switch",
+        "lean: force (x, y, z) to lean on the object with where position is controlled",
+        "phase: settle, approach, switch, move, lift, travel or land",
+        f"pace: fastest vertex {pace.speed:g} diagonals of the object per second",
+        *(f"note: {note}" for note in line.notes),
+    ]
+
+
+def _columns(fingers: int) -> list[str]:
+    columns = ["time", "phase", "step", *(f"object_{name}" for name in POSE)]
+    for i in range(fingers):
+        columns += [f"finger{i}_{name}" for name in POSE]
+        columns += [f"finger{i}_{name}" for name in ("nx", "ny", "nz", "mode", "f_com")]
+        columns += [f"finger{i}_lean_{name}" for name in ("x", "y", "z")]
+    return columns
+
+
+def _row(line: Timeline, k: int) -> list[str]:
+    def numbers(*values: float) -> list[str]:
+        return [f"{value + 0.0:.9g}" for value in values]
+
+    turn = Pose(line.rotation[k], line.position[k]).quaternion()
+    row = [f"{line.time[k]:.6f}", PHASES[int(line.phase[k])], str(int(line.step[k]))]
+    row += numbers(*line.position[k], *turn)
+    for i in range(line.fingers):
+        mode = _mode(line, k, i)
+        row += numbers(*line.centre[k, i], *turn, *line.normal[k, i])
+        commanded = mode in ("force", "switch")
+        row += [mode, *(numbers(line.f_com[k, i]) if commanded else [""])]
+        row += numbers(*line.lean[k, i])
+    return row
+
+
+def _mode(line: Timeline, k: int, i: int) -> str:
+    if not line.down[k, i]:
+        return "free"
+    share = float(line.force_share[k, i])
+    return "force" if share >= 1.0 else "position" if share <= 0.0 else "switch"

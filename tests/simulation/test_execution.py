@@ -1,0 +1,209 @@
+"""Executions in MuJoCo. Without it these tests are skipped; in CI they fail."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from gm_ompl.app.main import app
+from gm_ompl.plan.model import Plan
+from gm_ompl.simulation.disturb import Disturber, disturb
+from gm_ompl.simulation.execute import Setup, execute, prepare
+from gm_ompl.simulation.physics import STEP, Physics
+from gm_ompl.simulation.vary import errant_world
+from gm_ompl.simulation.world import World
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("mujoco") is None and not os.environ.get("CI"),
+    reason="MuJoCo is not installed",
+)
+
+Tampered = Callable[[Plan, Callable[[dict[str, Any]], None]], Plan]
+
+
+@pytest.fixture(scope="module")
+def slide(slide_plan: Plan) -> Setup:
+    return prepare(slide_plan)
+
+
+def test_the_paper_s_experiment_executes(cork_plan: Plan) -> None:
+    """Sec. 5.3: the box ends within 2 mm and 1 degree, the commanded force is followed, no slip."""
+    report = execute(prepare(cork_plan))
+    assert report.holds, report.findings
+    assert report.end_position <= 0.002
+    assert report.end_angle <= 1.0
+    forced = [finger for finger in report.fingers if finger.force_error is not None]
+    assert len(forced) == 1
+    assert forced[0].force_error is not None
+    assert forced[0].force_error <= 0.1
+    assert max(finger.slip for finger in report.fingers) <= 0.0005
+    assert [finger.in_range for finger in report.fingers if finger.in_range is not None] == [1.0]
+
+
+def _halve(draft: dict[str, Any]) -> None:
+    for step in draft["steps"]:
+        for segment in step["segments"]:
+            segment["f_com"] = [None if f is None else f / 2 for f in segment["f_com"]]
+
+
+def test_half_the_force_does_not_hold_the_box(
+    cork_plan: Plan, tampered: Tampered, tmp_path: Path
+) -> None:
+    """The cork box slips from fingers that press half as hard: exit code 5, and JSON says why."""
+    path = tmp_path / "halved.json"
+    tampered(cork_plan, _halve).save(path)
+    result = CliRunner().invoke(app, ["execute", str(path), "--json"])
+    assert result.exit_code == 5
+    answer = json.loads(result.stdout)
+    assert not answer["holds"]
+    assert any("slips" in finding for finding in answer["findings"])
+
+
+def _without_finger_0(draft: dict[str, Any]) -> None:
+    scenario = draft["scenario"]
+    scenario["fingers"]["count"] = 1
+    for section, key in [
+        ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "start"),
+        ("fingers", "goal"), ("friction", "finger"),
+    ]:  # fmt: skip
+        del scenario[section][key][0]
+    for step in draft["steps"]:
+        del step["placements"][0]
+        for segment in step["segments"]:
+            del segment["modes"][0], segment["f_com"][0]
+
+
+def _without_margin(draft: dict[str, Any]) -> None:
+    draft["steps"][1]["segments"][0]["z"] = 0.4  # z_min is 0.5
+
+
+@pytest.mark.parametrize(
+    ("tamper", "finding"), [(_without_finger_0, "ends"), (_without_margin, "z_min")]
+)
+def test_wrong_plans_are_seen_to_fail(
+    slide_plan: Plan, tampered: Tampered, tamper: Callable[[dict[str, Any]], None], finding: str
+) -> None:
+    """Nobody pushes, or the plan states less than its z_min: the execution does not hold."""
+    report = execute(prepare(tampered(slide_plan, tamper)))
+    assert any(finding in text for text in report.findings)
+
+
+def test_executions_are_deterministic(slide: Setup) -> None:
+    """The same plan, world and seed give the same numbers, to the last bit."""
+    assert execute(slide).to_dict() == execute(slide).to_dict()
+    first, second = (errant_world(slide, 0.05, 3) for _ in range(2))
+    assert first.mass == second.mass and np.array_equal(first.offset, second.offset)
+    assert errant_world(slide, 0.05, 4).mass != first.mass
+
+
+def test_pulses_are_withstood_up_to_a_point_and_leave_no_trace(slide: Setup) -> None:
+    """0.8 z is withstood, forty times z is not, and no pulse at all changes nothing at all."""
+    small = disturb(slide, 0.8, 3, 1)
+    assert small.share == 1.0
+    assert small.to_dict() == disturb(slide, 0.8, 3, 1).to_dict()
+    assert disturb(slide, 40.0, 2, 1).share < 1.0
+    still = Disturber(slide, [4000]).trial(4000, np.eye(6)[0], -1, 0.0)
+    assert still.offset == 0.0
+
+
+def test_results_do_not_depend_on_the_unit(cork_plan: Plan, tampered: Tampered) -> None:
+    """A plan in millimetres and grams is executed like the same plan in metres and kilograms."""
+
+    def to_millimetres(draft: dict[str, Any]) -> None:
+        scenario = draft["scenario"]
+        scenario["object"]["shape"]["box"] = [1e3 * v for v in scenario["object"]["shape"]["box"]]
+        scenario["fingers"]["radius"] = [1e3 * v for v in scenario["fingers"]["radius"]]
+        scenario["motion"]["start"]["position"] = [0, 0, 50]
+        wall = scenario["environment"]["obstacles"]["wall_behind"]["box"]
+        wall.update({key: [1e3 * v for v in wall[key]] for key in ("min", "max")})
+        draft["steps"] = draft["steps"][:2]
+        for step in draft["steps"]:
+            for place in step["placements"]:
+                place["point"] = [1e3 * v for v in place["point"]]
+
+    short = tampered(cork_plan, lambda draft: draft.update(steps=draft["steps"][:2]))
+    metres = execute(prepare(short))
+    millimetres = execute(prepare(tampered(cork_plan, to_millimetres)))
+    assert millimetres.end_position == pytest.approx(1e3 * metres.end_position, rel=1e-3)
+    assert millimetres.fingers[0].greatest_force == pytest.approx(
+        metres.fingers[0].greatest_force, rel=1e-3
+    )
+
+
+def _pushed(world: World, force: float) -> tuple[float, float]:
+    """Return how far a box on the floor goes in the first and second 0.2 s of a push [N]."""
+    start, upright = np.array([0.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0, 0.0])
+    far = np.full((2, 3), 5.0)
+    physics = Physics(replace(world, obstacles=()), start, upright, far)
+    places = []
+    for pause, push in ((0.2, 0.0), (0.2, force), (0.2, force)):
+        for _ in range(round(pause / STEP)):
+            physics.step(np.zeros((2, 3)), upright, np.zeros(3), np.array([push, 0, 0, 0, 0, 0]))
+        places.append(float(physics.position[0]))
+    return places[1] - places[0], places[2] - places[1]
+
+
+@pytest.mark.parametrize("mu", [0.15, 0.4])
+def test_friction_is_the_scenario_s(cork_plan: Plan, mu: float) -> None:
+    """A box stays under a push of 0.95 mu M g; under 1.1 mu M g it goes as Coulomb says."""
+    world = replace(prepare(cork_plan).world, environment_friction=mu)
+    limit = mu * world.mass * world.gravity
+    assert abs(_pushed(world, 0.95 * limit)[1]) <= 2e-5
+    way = 0.5 * 0.1 * mu * world.gravity * 0.4**2
+    assert sum(_pushed(world, 1.1 * limit)) == pytest.approx(way, rel=0.15)
+
+
+def test_a_film_is_made_without_a_display(slide_plan: Plan, tmp_path: Path) -> None:
+    """``--video`` writes a film whose pictures differ; ``--plot`` writes a picture."""
+    path, film, plot = tmp_path / "plan.json", tmp_path / "film.gif", tmp_path / "forces.png"
+    slide_plan.save(path)
+    command = ["execute", str(path), "--speed", "2", "--video", str(film), "--plot", str(plot)]
+    environment = {key: v for key, v in os.environ.items() if key not in ("DISPLAY", "MUJOCO_GL")}
+    done = subprocess.run(
+        [sys.executable, "-m", "gm_ompl", *command],
+        capture_output=True, text=True, env=environment, check=False,
+    )  # fmt: skip
+    if "cannot render" in done.stderr and not os.environ.get("CI"):
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert plot.stat().st_size > 1000
+    import imageio.v2 as imageio
+
+    pictures = imageio.mimread(film, memtest=False)
+    assert len(pictures) > 30
+    assert np.abs(np.asarray(pictures[0], float) - np.asarray(pictures[-1], float)).mean() > 1.0
+
+
+def test_without_mujoco_the_command_says_what_to_install(
+    slide_plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exit code 2, and the message is a command."""
+    path = tmp_path / "plan.json"
+    slide_plan.save(path)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    result = CliRunner().invoke(app, ["execute", str(path)])
+    assert result.exit_code == 2
+    assert 'pip install "gm-ompl[sim]"' in result.output
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--disturb", "-1"], ["--vary", "0"], ["--speed", "0"], ["--video", "film.txt"]]
+)
+def test_wrong_options_are_bad_input(slide_plan: Plan, tmp_path: Path, wrong: list[str]) -> None:
+    """Each is refused with its name and what would be right, exit code 2."""
+    path = tmp_path / "plan.json"
+    slide_plan.save(path)
+    result = CliRunner().invoke(app, ["execute", str(path), *wrong])
+    assert result.exit_code == 2
+    assert wrong[0].strip("-") in result.output

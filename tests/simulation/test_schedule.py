@@ -1,0 +1,142 @@
+"""Time laid over plans: continuity, pace, contacts, clearance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.model import Plan
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.simulation.balance import balance
+from gm_ompl.simulation.beats import Run, beats
+from gm_ompl.simulation.pace import Pace, progress, ramp
+from gm_ompl.simulation.schedule import schedule
+from gm_ompl.simulation.timeline import PHASES, Timeline
+from gm_ompl.simulation.travel import Clearance
+
+DT = 0.005
+
+
+def problem_of(plan: Plan) -> Problem:
+    return Scenario.from_resolved(plan.scenario).problem
+
+
+@pytest.fixture(scope="module")
+def line(regrasp_plan: Plan) -> Timeline:
+    return schedule(regrasp_plan, problem_of(regrasp_plan), Pace(), DT)
+
+
+@pytest.mark.parametrize("length", [0.001, 0.05, 3.0])
+def test_a_way_is_travelled_smoothly_to_its_very_end(length: float) -> None:
+    """``progress`` never goes back, never exceeds its speed, starts and stops at rest."""
+    way = progress(length, 0.5, 0.3, 0.001)
+    steps = np.diff(np.concatenate([[0.0], way]))
+    assert way[-1] == length
+    assert steps.min() >= -1e-12
+    assert steps.max() <= 0.5 * 0.001 * (1 + 1e-6)
+    assert max(steps[0], steps[-1]) <= 0.02 * steps.max()
+
+
+def test_a_ramp_ends_at_one() -> None:
+    """``ramp`` rises from above 0 to exactly 1."""
+    assert ramp(7)[-1] == 1.0
+    assert (np.diff(ramp(7)) > 0).all()
+
+
+def test_nothing_jumps(line: Timeline) -> None:
+    """Fingertips, forces and limits change by what their speeds allow, regrasp included."""
+    size = 12.247
+    assert np.linalg.norm(np.diff(line.centre, axis=0), axis=2).max() <= 0.7 * size * DT
+    assert np.abs(np.diff(line.position, axis=0)).max() <= 0.31 * size * DT
+    loaded = line.f_com * line.force_share
+    assert np.abs(np.diff(loaded, axis=0)).max() <= 10.0 * np.pi / 2 / 0.3 * DT * 1.1
+    assert np.abs(np.diff(line.force_share, axis=0)).max() <= np.pi / 2 / 0.3 * DT * 1.1
+
+
+def test_the_timeline_passes_through_the_plan(line: Timeline, regrasp_plan: Plan) -> None:
+    """It begins at the plan's first pose, ends at its last, and fingers touch where planned."""
+    first, last = regrasp_plan.steps[0], regrasp_plan.steps[-1]
+    assert first.kind == "displacement" and last.kind == "displacement"
+    assert np.allclose(line.position[0], first.pose_from.position)
+    assert np.allclose(line.position[-1], last.pose_to.position)
+    pose = Pose(line.rotation[-1], line.position[-1])
+    radius = problem_of(regrasp_plan).fingers.radius
+    touch = line.centre[-1] + radius[:, None] * line.normal[-1]
+    assert np.allclose(pose.to_object(touch), [place.point for place in last.placements])
+
+
+def test_commands_are_the_plans(line: Timeline, regrasp_plan: Plan) -> None:
+    """While the object moves, modes are the segment's, forces within those of its neighbours."""
+    for k in np.flatnonzero(line.phase == PHASES.index("move"))[::7]:
+        step = regrasp_plan.steps[int(line.step[k])]
+        assert step.kind == "displacement"
+        segment = step.segments[int(line.segment[k])]
+        assert line.z[k] == segment.z
+        assert [share == 1.0 for share in line.force_share[k]] == [
+            mode == "force" for mode in segment.modes
+        ]
+
+
+def test_a_lifted_finger_stays_clear(line: Timeline, regrasp_plan: Plan) -> None:
+    """While a finger travels it keeps its distance from object, floor, walls and other finger."""
+    problem = problem_of(regrasp_plan)
+    travel = np.flatnonzero(line.phase == PHASES.index("travel"))
+    assert len(travel)
+    i = int(np.flatnonzero(~line.down[travel[0]])[0])
+    pose = Pose(line.rotation[travel[0]], line.position[travel[0]])
+    other = line.centre[travel[0], [1 - i]]
+    clear = Clearance(problem, pose, i, other, problem.fingers.radius[[1 - i]], 0.0)
+    assert clear.free(line.centre[travel, i]).all()
+    assert not line.notes
+
+
+def test_runs_break_only_where_modes_or_fingers_change(regrasp_plan: Plan) -> None:
+    """A run's stretches follow each other, and cover the plan's way exactly once."""
+    parts = [b for b in beats(regrasp_plan, problem_of(regrasp_plan)) if isinstance(b, Run)]
+    stretches = [stretch for run in parts for stretch in run.stretches]
+    for before, after in zip(stretches, stretches[1:], strict=False):
+        assert np.allclose(before.end, after.start)
+    assert stretches[0].start[0] == 0.0
+    assert stretches[-1].end[0] == pytest.approx(1.0)
+    for before_run, after_run in zip(parts, parts[1:], strict=False):
+        assert (before_run.force, before_run.placements) != (after_run.force, after_run.placements)
+
+
+def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
+    """The forces to lean with obey friction, and carry with the floor's what the object weighs.
+
+    The floor's share is not returned; by symmetry of the tumble its force must point up and lie
+    within its own friction cone.
+    """
+    problem = problem_of(cork_plan)
+    step = cork_plan.steps[15]
+    assert step.kind == "displacement"
+    segment = step.segments[1]
+    q = (np.array(step.from_) + np.array(step.to)) / 2.0
+    found = balance(
+        problem, q, np.array(step.to) - np.array(step.from_), step.placements,
+        [mode == "force" for mode in segment.modes],
+        np.array([f or 0.0 for f in segment.f_com]),
+    )  # fmt: skip
+    assert found.holds
+    normals = np.array([place.normal for place in step.placements])
+    along = (found.forces * normals).sum(axis=1)
+    sideways = np.linalg.norm(found.forces - along[:, None] * normals, axis=1)
+    assert (sideways <= 0.15 * along * (1 + 1e-9)).all()
+    assert (found.least <= along + 1e-9).all() and (along <= found.most + 1e-9).all()
+    pose = problem.motion.pose(q)
+    floor = -pose.rotation @ found.forces.sum(axis=0) + [0.0, 0.0, problem.mass * 9.8]
+    assert floor[2] > 0
+    assert np.linalg.norm(floor[:2]) <= 1.2 * floor[2]
+
+
+def test_a_plan_without_motion_cannot_be_executed(cork_plan: Plan) -> None:
+    """Bad input is said to be so."""
+    empty = cork_plan.model_copy(update={"steps": ()})
+    with pytest.raises(InputError, match="moves nothing"):
+        schedule(empty, problem_of(cork_plan), Pace(), DT)
+    with pytest.raises(InputError, match="speed"):
+        Pace(speed=0.0)
