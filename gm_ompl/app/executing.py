@@ -11,7 +11,6 @@ from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.curves import draw
 from gm_ompl.simulation.disturb import DisturbanceReport, disturb
 from gm_ompl.simulation.execute import Setup, perform, prepare
 from gm_ompl.simulation.pace import Pace
@@ -49,7 +48,9 @@ def execute_command(request: ExecuteRequest) -> Exit:
     with nullcontext() if video is None else Film(video) as film:
         report, measured = perform(setup, watch=film)
     if plot is not None:
-        draw(measured, plot)
+        from gm_ompl.viz.execution import draw_execution
+
+        draw_execution(measured, plot)
     disturbed = _disturbed(setup, request)
     varied = _varied(setup, request)
     if request.as_json:

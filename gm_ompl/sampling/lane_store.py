@@ -98,7 +98,8 @@ class LaneStore:
     def probe(self, lane: Placements, first: int, last: int) -> int:
         """Decide the strides of ``lane`` from vertex ``first`` towards ``last`` until one fails.
 
-        The segments that fail most often are asked first.
+        Mechanics alone: ``screen`` knows the geometry. The segments that fail most often are asked
+        first.
 
         Returns:
             ``last`` if all hold; else the vertex beyond which the failing stride lies, as seen

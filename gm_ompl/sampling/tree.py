@@ -226,7 +226,9 @@ class Tree:
 
     def _onward(self, lane: Placements, vertex: int) -> int:
         """Return how far a set comes from ``vertex``."""
-        reach = self._last
+        bound = np.array([self._last])
+        self._store.screen(np.array([lane]), vertex, self._last, bound)
+        reach = int(bound[0])
         while (got := self._store.probe(lane, vertex, reach)) != reach:
             reach = got
         return reach

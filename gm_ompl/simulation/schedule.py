@@ -154,7 +154,7 @@ class _Scheduler:
         self._rest(
             "switch",
             self.pace.switch,
-            share=hand.share + rising * (share - hand.share),
+            force_share=hand.share + rising * (share - hand.share),
             f_com=before + rising * (after - before),
             lean=hand.lean + rising[:, :, None] * (lean - hand.lean),
             limit=hand.limit + rising * (limit - hand.limit),
@@ -259,6 +259,7 @@ class _Scheduler:
         **arrays: Array,
     ) -> None:
         """Append instants at coordinates ``q`` (K, d); what is not given stays as it is."""
+        assert arrays.keys() <= Timeline.__dataclass_fields__.keys()
         K, hand = len(q), self.hand
         n = len(hand.points)
         position, rotation = poses(self.problem.motion, q)

@@ -16,8 +16,8 @@ from gm_ompl.problem import Problem
 CELLS = 36
 """Grid cells along the longest side of the region searched."""
 
-LOOK = 24
-"""Points looked at along a straight line, per side of the region."""
+LOOK = 1e-3
+"""Least distance between points looked at along a straight line, of the region searched."""
 
 _STEPS = np.array([s for s in itertools.product((-1, 0, 1), repeat=3) if any(s)])
 
@@ -46,6 +46,7 @@ class Clearance:
         other_radii: Array,
         margin: float,
     ) -> None:
+        self.margin = margin
         self._reach = float(problem.fingers.radius[finger]) + margin
         self._floor = problem.environment.floor
         self._planes = [
@@ -70,8 +71,15 @@ class Clearance:
 
     def line(self, a: Array, b: Array, spacing: float) -> bool:
         """Whether the straight line between two points is clear."""
-        count = max(2, int(np.ceil(np.linalg.norm(b - a) / spacing)) + 1)
-        return bool(self.free(np.linspace(a, b, count)).all())
+        return bool(self.lines(a, b[None], spacing)[0])
+
+    def lines(self, a: Array, ends: Array, spacing: float) -> BoolArray:
+        """Return (E,), which straight lines from ``a`` to ``ends`` (E, 3) are clear."""
+        longest = float(np.linalg.norm(ends - a, axis=1).max(initial=0.0))
+        shares = np.linspace(0.0, 1.0, max(2, int(np.ceil(longest / spacing)) + 1))
+        points = a + shares[:, None, None] * (ends - a)
+        clear: BoolArray = np.all(self.free(points.reshape(-1, 3)).reshape(len(shares), -1), axis=0)
+        return clear
 
 
 def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | None:
@@ -87,7 +95,8 @@ def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | 
     """
     low, high = np.minimum(start, end) - size, np.maximum(start, end) + size
     spacing = float((high - low).max()) / CELLS
-    look = spacing / 4.0
+    # A point is at most half of this from one that is clear by the margin.
+    look = max(clearance.margin, LOOK * size)
     if clearance.line(start, end, look):
         return np.array([start, end])
     shape = np.ceil((high - low) / spacing).astype(int) + 1
@@ -97,7 +106,7 @@ def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | 
     ends = [_nearest(clearance, points, free, point, look) for point in (start, end)]
     if ends[0] is None or ends[1] is None:
         return None
-    cells = _shortest(free, tuple(map(int, shape)), ends[0], ends[1])
+    cells = _shortest(clearance, points, tuple(map(int, shape)), ends[0], ends[1], look)
     if cells is None:
         return None
     return _cut(clearance, np.array([start, *points[cells], end]), look)
@@ -113,12 +122,14 @@ def _nearest(
     return None
 
 
-def _shortest(free: BoolArray, shape: tuple[int, ...], start: int, goal: int) -> list[int] | None:
-    """Return the cells of the shortest way over free neighbours (A*)."""
+def _shortest(
+    clearance: Clearance, points: Array, shape: tuple[int, ...], start: int, goal: int, look: float
+) -> list[int] | None:
+    """Return the cells of the shortest way over clear steps between neighbours (A*)."""
     lengths = np.linalg.norm(_STEPS, axis=1)
     there = np.array(np.unravel_index(goal, shape))
     best, parent = {start: 0.0}, {start: start}
-    queue = [(0.0, start)]
+    queue, closed = [(0.0, start)], set()
     while queue:
         _, cell = heapq.heappop(queue)
         if cell == goal:
@@ -126,14 +137,19 @@ def _shortest(free: BoolArray, shape: tuple[int, ...], start: int, goal: int) ->
             while parent[cells[-1]] != cells[-1]:
                 cells.append(parent[cells[-1]])
             return cells[::-1]
-        here = np.array(np.unravel_index(cell, shape))
-        near = here + _STEPS
+        if cell in closed:
+            continue
+        closed.add(cell)
+        near = np.array(np.unravel_index(cell, shape)) + _STEPS
         inside = ((near >= 0) & (near < shape)).all(axis=1)
         rows = np.ravel_multi_index(tuple(near[inside].T), shape)
+        clear = clearance.lines(points[cell], points[rows], look)
         ahead = np.linalg.norm(near[inside] - there, axis=1)
-        for row, step, left in zip(rows.tolist(), lengths[inside], ahead, strict=True):
+        for row, step, left in zip(
+            rows[clear].tolist(), lengths[inside][clear], ahead[clear], strict=True
+        ):
             cost = best[cell] + float(step)
-            if free[row] and cost < best.get(row, np.inf):
+            if cost < best.get(row, np.inf):
                 best[row], parent[row] = cost, cell
                 heapq.heappush(queue, (cost + float(left), row))
     return None

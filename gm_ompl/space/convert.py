@@ -45,8 +45,8 @@ class Codec:
         rows = tuple(state[first + i].value + UNPLACED for i in range(self._n))
         return HybridState(self._coordinates(state), rows)
 
-    def write(self, state: Any, meaning: HybridState) -> None:
-        """Make an OMPL state mean ``meaning``."""
+    def write(self, state: Any, meaning: HybridState, label: float = 0.0) -> None:
+        """Make an OMPL state mean ``meaning``; states meant to differ get different labels."""
         for k, (value, centre) in enumerate(zip(meaning.q, self._centres, strict=True)):
             if centre is None:
                 state[k][0] = value
@@ -54,6 +54,7 @@ class Codec:
                 state[k].value = self._angle(k, value)
         for i, row in enumerate(meaning.placements):
             state[self._d + i].value = row - UNPLACED
+        state[self._d + self._n][0] = label
 
     def _coordinates(self, state: Any) -> Coordinates:
         return tuple(

@@ -69,7 +69,7 @@ class GoalRegion(ob.GoalSampleableRegion):
             drawn = None
             if not guard.closed():
                 drawn = draws.anywhere() if anywhere else draws.goal()
-            self._codec.write(state, drawn or self._codec.nowhere)
+            self._codec.write(state, drawn or self._codec.nowhere, draws.rng.random())
         except BaseException as error:
             self._guard.keep(error)
 

@@ -15,6 +15,9 @@ COORDINATE_WEIGHT = 1.0
 PLACEMENT_WEIGHT = 1.0
 """The first and the last row of the placement table are this far apart."""
 
+LABEL_WEIGHT = 1e-6
+"""Far below any difference that means something, far above rounding."""
+
 
 def make_space(problem: Problem) -> Any:
     """Return OMPL's compound state space for ``problem``.
@@ -22,6 +25,10 @@ def make_space(problem: Problem) -> Any:
     Parts, in order: one per coordinate (real, or circular where it has a period), then one
     discrete part per finger: 0 is "not placed yet", k + 1 is row k of the placement table.
     Distances are relative to each coordinate's range, so they do not depend on units.
+
+    The last part, a label in [0, 1], means nothing. States with equal coordinates are often
+    equally far from a third, and OMPL then prefers the one at the lower address: without the
+    label's tiny share in the distance the same seed would not give the same plan.
     """
     space, motion = ob.CompoundStateSpace(), problem.motion
     space.setName(f"{problem.name}: object and placements")
@@ -36,6 +43,9 @@ def make_space(problem: Problem) -> Any:
         part = ob.DiscreteStateSpace(0, rows)
         part.setName(f"placement of finger {finger}")
         space.addSubspace(part, PLACEMENT_WEIGHT / rows)
+    label, _ = _real(0.0, 1.0)
+    label.setName("label")
+    space.addSubspace(label, LABEL_WEIGHT)
     space.lock()
     return space
 

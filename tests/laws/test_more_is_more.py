@@ -14,8 +14,8 @@ from gm_ompl.geometry.mass import mass_properties
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull
 from gm_ompl.mechanics.columns import directions
+from gm_ompl.mechanics.commands import margin
 from gm_ompl.mechanics.instant import instant_columns
-from gm_ompl.mechanics.stability import margin
 from gm_ompl.problem import Environment
 from gm_ompl.reference.modes import decide_modes
 

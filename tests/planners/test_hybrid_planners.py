@@ -12,6 +12,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.planner import Budget, Progress, SearchResult, Status
 from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.problem import Problem
+from gm_ompl.sampling.stages import stages_of
 from gm_ompl.scenario.load import load
 
 NAMES = ["HybridRRT", "HybridRRTConnect", "HybridRRTstar"]
@@ -96,7 +97,7 @@ def test_given_placements_are_kept(name: str) -> None:
     table = problem.fingers.placements
     assert plan_.moves
     assert plan_.moves[0].placements == (table.find("-x", (0, 2)), table.find("-x", (2, 2)))
-    assert plan_.moves[-1].placements[1] == table.find("+z", (1, 1))
+    assert stages_of(plan_.moves)[-1].placements[1] == table.find("+z", (1, 1))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -23,8 +23,8 @@ def cork_plan() -> Plan:
 @pytest.fixture(scope="session")
 def slide_plan() -> Plan:
     """A short slide: one finger pushes, one presses."""
-    overrides = ("lattice.segments=3", "fingers.placements.grid=[3, 3]")
-    overrides += ("motion.path=[{slide: {by: [2, 0, 0]}}]",)
+    way = "motion.path=[{slide: {by: [2, 0, 0]}}]"
+    overrides = ["lattice.segments=3", "fingers.placements.grid=[3, 3]", way]
     return api.plan(api.load("paper/slide", overrides))
 
 

@@ -1,0 +1,105 @@
+"""The kernel's parts by themselves, each against another solver."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog, nnls
+
+from gm_ompl.mechanics.blocks import joint_margin
+from gm_ompl.mechanics.commands import margin
+from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
+from gm_ompl.mechanics.internal_force import least_norm_point
+from gm_ompl.mechanics.master import best_command
+from gm_ompl.mechanics.stability import REACHED, position_margin
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_least_norm_point(seed: int) -> None:
+    """Wolfe's algorithm finds the distance that non-negative least squares finds."""
+    rng = np.random.default_rng(seed)
+    K = int(rng.integers(1, 40))
+    P = rng.normal(size=(K, 6)) + rng.choice([0.0, 0.5, 2.0]) * np.eye(6)[seed % 6]
+    if seed % 3 == 0:
+        P[:, seed % 6] = np.abs(P[:, seed % 6])  # the origin is outside
+    if seed % 4 == 0:
+        P = np.concatenate([P, P[: K // 2]])  # the same points twice
+    P /= np.linalg.norm(P, axis=1, keepdims=True)
+    # min |P^T k| over sum k = 1, the sum by a heavy row.
+    heavy = 1e4
+    k, _ = nnls(np.vstack([P.T, np.full(len(P), heavy)]), np.append(np.zeros(6), heavy))
+    expected = np.linalg.norm(P.T @ (k / k.sum()))
+    x = np.zeros(6)
+    distance = least_norm_point(np.ascontiguousarray(P), len(P), x)
+    assert distance == pytest.approx(expected, abs=1e-7)
+    assert np.linalg.norm(x) == pytest.approx(distance, abs=1e-12)
+    if distance > 1e-9:
+        assert (P @ x).min() >= distance**2 - 1e-9
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_best_command(seed: int) -> None:
+    """The small program over f_com: z and a maximiser as linprog finds them."""
+    rng = np.random.default_rng(seed)
+    n, K = int(rng.integers(1, 4)), int(rng.integers(1, 15))
+    h, c = rng.uniform(0.1, 2.0, K), rng.normal(1.0, 1.0, K)
+    s, limits = rng.normal(size=(K, n)), rng.uniform(0.0, 3.0, n)
+    if seed % 5 == 0:
+        s[:, 0] = 0.0
+    found = linprog(
+        np.append(-1.0, np.zeros(n)), np.column_stack([h, -s]), c,
+        bounds=[(None, None), *((0.0, limit) for limit in limits)],
+    )  # fmt: skip
+    f = np.empty(n)
+    z = best_command(h, c, s, K, limits, n, f)
+    assert z == pytest.approx(-found.fun, abs=1e-9)
+    assert (f >= 0.0).all()
+    assert (f <= limits).all()
+    assert ((c + s @ f) / h).min() == pytest.approx(z, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_joint_program(seed: int, instances: ModuleType) -> None:
+    """All directions that cuts need, in one program: the z that cutting planes find, or more.
+
+    With all that limit z among them it is the same; a few directions alone can only allow more.
+    """
+    rng = np.random.default_rng(seed)
+    env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
+    force = np.array([True, seed % 2 == 0])
+    f, y = np.zeros(2), np.zeros(6)
+    end, z, direction = margin(env, q, tips, f_max, force, DIRECTIONS, 0.0, f, y)
+    if end != REACHED or z < 1e-6:
+        return
+    chosen, count = np.zeros(24, dtype=np.int64), 1
+    chosen[0] = direction
+    before = np.inf
+    for i in rng.permutation(76)[:10]:
+        g = np.zeros(2)
+        solved, joint = joint_margin(env, q, tips, f_max, force, DIRECTIONS, chosen, count, g)
+        assert solved
+        # joint = 0 stands for "tau is nothing": the chosen directions do not limit z.
+        if joint > 0.0:
+            assert z * (1.0 - 1e-7) <= joint <= before * (1.0 + 1e-7)
+            before = joint
+        if i not in chosen[:count]:
+            chosen[count] = i
+            count += 1
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_short_look_bounds_z(seed: int, instances: ModuleType) -> None:
+    """A pass without patience: never below z, and never BELOW where z reaches the threshold."""
+    rng = np.random.default_rng(seed)
+    env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
+    y = np.zeros(6)
+    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, y)
+    if end != REACHED or z == 0.0:
+        return
+    for below in (0.5 * z, 0.999 * z, 1.001 * z, 2.0 * z):
+        how, bound, _ = position_margin(env, q, tips, f_max, DIRECTIONS, below, False, y)
+        assert bound >= z * (1.0 - 1e-9)
+        if below < z:
+            assert how == REACHED
