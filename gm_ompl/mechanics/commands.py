@@ -33,7 +33,7 @@ from gm_ompl.mechanics.stability import (
     position_margin,
     run_pass,
 )
-from gm_ompl.mechanics.tableau import MAX_STEPS
+from gm_ompl.mechanics.tableau import NEVER
 
 ZERO = 1e-10
 """z up to this (over force_scale) is no margin at all."""
@@ -67,7 +67,7 @@ def _joint(
         cost = fill(env, q, tips, f_max, force, f, raw)
         limit = (1.0 + 1e-9) / z
         end, direction, _ = run_pass(
-            raw, cost, L, T, d, basis, y, False, limit, limit, MAX_STEPS, y
+            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y
         )
         if end == SOLVED:
             return REACHED, z, direction

@@ -15,7 +15,7 @@ from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import NO_TAU
 from gm_ompl.mechanics.stability import cut, fill, run_pass
-from gm_ompl.mechanics.tableau import MAX_STEPS
+from gm_ompl.mechanics.tableau import NEVER
 
 MAX_CUTS = 40
 """Cuts over f_com before the directions met are put into one program."""
@@ -180,6 +180,6 @@ def try_command(
     limit, enough = (1.0 / aim, 1.0 / aim) if K else (np.inf, 0.0)
     end, direction, _ = run_pass(
         work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, K % FRESH > 0, limit,
-        enough, MAX_STEPS if K else FIRST_LOOK, work.y,
+        enough, NEVER if K else FIRST_LOOK, work.y,
     )  # fmt: skip
     return end, direction

@@ -19,6 +19,8 @@ from gm_ompl.mechanics.tableau import (
     DANTZIG_STEPS,
     FEASIBLE,
     MAX_STEPS,
+    MORE_STEPS,
+    NEVER,
     entering,
     leaving,
     pivot,
@@ -227,7 +229,7 @@ def search_directions(
     ones, weights, balance = np.ones(m), np.empty(m), np.zeros(N)
     kept = np.empty((2 * SIDES, N))
     now, worst, worst_tau, here, first, S = -1, -1, -1.0, 0, N + m, len(slots)
-    for step in range(MAX_STEPS):
+    for step in range(MAX_STEPS + MORE_STEPS * N):
         _extremes(T, basis, m, N, S, ones, lo, hi)
         before = worst
         worst, worst_tau = _close_solved(
@@ -249,7 +251,7 @@ def search_directions(
                 return SOLVED, number(worst), worst_tau
             now, here = _choose(d, first, S, slots, open_, lo, hi, least), 0
         here += 1
-        end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS, y)
+        end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS + N, y)
         if end != SOLVED:
             return end, number(now), np.inf
     return TROUBLE, -1, 0.0
@@ -260,4 +262,4 @@ def worst_direction(
     T: Array, d: Array, basis: IntArray, m: int, N: int, cost: float, limit: float, y: Array
 ) -> tuple[int, int, float]:
     """Find the direction with the largest tau; see ``search_directions``."""
-    return search_directions(T, d, basis, m, N, cost, limit, 0.0, MAX_STEPS, False, y)
+    return search_directions(T, d, basis, m, N, cost, limit, 0.0, NEVER, False, y)

@@ -21,7 +21,7 @@ from gm_ompl.mechanics.simplex import (
     TROUBLE,
     search_directions,
 )
-from gm_ompl.mechanics.tableau import MAX_STEPS, feasible
+from gm_ompl.mechanics.tableau import NEVER, feasible
 
 A_LOOK = 24
 """Pivots spent on bounding z where its exact value is not wanted."""
@@ -152,7 +152,7 @@ def position_margin(
     basis, prices = np.empty(m, dtype=np.int64), np.empty(m)
     cost = fill(env, q, tips, f_max, np.zeros(n, dtype=np.bool_), f_max, raw)
     limit = 1.0 / below if below > 0.0 else np.inf
-    enough, patience = (0.0, MAX_STEPS) if exact else (limit, A_LOOK)
+    enough, patience = (0.0, NEVER) if exact else (limit, A_LOOK)
     end, direction, tau = run_pass(
         raw, cost, L, T, d, basis, prices, False, limit, enough, patience, prices
     )

@@ -15,9 +15,13 @@ PIVOT = 1e-9
 FEASIBLE = 1e-10
 """Tolerance on basic variables, relative to the largest of them (at least 1)."""
 DANTZIG_STEPS = 60
-"""Pivots towards one right-hand side before falling back to Bland's rule, which cannot cycle."""
+"""Pivots towards one right-hand side, and one more per column, before falling back to Bland's
+rule: it cannot cycle, but it crawls, and many nearly equal columns need many honest pivots."""
 MAX_STEPS = 2000
-"""Pivots before giving up on a tableau."""
+"""Pivots before giving up on a tableau; 50 more per column."""
+MORE_STEPS = 50
+NEVER = 1 << 40
+"""Stands for no limit on pivots where a rough answer would do."""
 
 
 @compiled
@@ -85,12 +89,12 @@ def feasible(
     Returns:
         1 where ``x`` (m,) is the optimal basic solution, 0 where there is none, -1 in trouble.
     """
-    for step in range(MAX_STEPS):
+    for step in range(MAX_STEPS + MORE_STEPS * N):
         for r in range(m):
             x[r] = 0.0
             for j in range(m):
                 x[r] += T[r, N + j] * b[j]
-        bland = step > DANTZIG_STEPS * (1 + m // 12)
+        bland = step > DANTZIG_STEPS * (1 + m // 12) + N
         r = leaving(x, basis, m, N, bland)
         if r < 0:
             return 1
