@@ -1,6 +1,7 @@
 # make demo     plan a scenario of the paper, check the plan, and write a page that shows it
 # make test     the test suite
 # make verify   the long counts (hours); goes on where it was stopped
+# make regression  holds the shipped scenarios to what the last release did
 # make gallery  the pictures in docs/, from the shipped scenarios
 # make lint, make types, make clean
 
@@ -12,12 +13,12 @@ DEMO := build/demo-plan.json
 DEMO_PAGE := build/demo.html
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install -qq
 
-.PHONY: demo test verify gallery lint types clean
+.PHONY: demo test verify regression gallery lint types clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	@mkdir -p build
-	$(BIN)/gm-ompl plan paper/slide -o $(DEMO) --html $(DEMO_PAGE)
+	$(BIN)/gm-ompl plan paper/regrasp -o $(DEMO) --html $(DEMO_PAGE)
 	$(BIN)/gm-ompl check $(DEMO)
 	@echo "The plan is in $(DEMO); open $(DEMO_PAGE) in a browser to see it (no network needed)."
 
@@ -26,6 +27,9 @@ test: $(STAMP)
 
 verify: $(STAMP)
 	$(BIN)/python -m tests.verify
+
+regression: $(STAMP)
+	$(BIN)/python -m gm_ompl.study.regression
 
 gallery: $(STAMP)
 	$(BIN)/python -m gm_ompl.app.gallery docs

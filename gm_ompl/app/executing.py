@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import DisturbanceReport, disturb
+from gm_ompl.simulation.disturb import DisturbanceReport, Largest, disturb, largest
 from gm_ompl.simulation.execute import Setup, perform, prepare
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import load
-from gm_ompl.simulation.report import ExecutionReport
+from gm_ompl.simulation.report import ExecutionReport, plain
 from gm_ompl.simulation.vary import VariationReport, vary
 from gm_ompl.simulation.video import Film
 
@@ -30,6 +30,7 @@ class ExecuteRequest:
     plan_file: Path
     seed: int
     disturb: float | None
+    largest: int | None
     vary: float | None
     trials: int
     speed: float
@@ -52,16 +53,20 @@ def execute_command(request: ExecuteRequest) -> Exit:
 
         draw_execution(measured, plot)
     disturbed = _disturbed(setup, request)
+    reached = _largest(setup, request)
     varied = _varied(setup, request)
     if request.as_json:
         whole = report.to_dict()
         whole["disturbances"] = None if disturbed is None else disturbed.to_dict()
+        whole["largest"] = plain([asdict(place) for place in reached])
         whole["variation"] = None if varied is None else varied.to_dict()
         say_json(whole)
     else:
         for part in (report, disturbed, varied):
             if part is not None:
                 say(part.table())
+        for place in reached:
+            say(place.line())
         for path in (request.video, request.plot):
             if path is not None:
                 note(f"written to {path}")
@@ -89,6 +94,12 @@ def _disturbed(setup: Setup, request: ExecuteRequest) -> DisturbanceReport | Non
     if request.disturb is None:
         return None
     return disturb(setup, request.disturb, request.trials, request.seed)
+
+
+def _largest(setup: Setup, request: ExecuteRequest) -> tuple[Largest, ...]:
+    if request.largest is None:
+        return ()
+    return largest(setup, request.largest, request.seed)
 
 
 def _varied(setup: Setup, request: ExecuteRequest) -> VariationReport | None:

@@ -16,6 +16,7 @@ from gm_ompl.graph import lane_graph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import LIFTED
+from gm_ompl.moves import Regrasp
 from gm_ompl.planners import lane_search, lane_sources
 from gm_ompl.planners.lane_planner import has_lanes
 from gm_ompl.planners.planner import Budget, SearchResult, Status
@@ -120,7 +121,7 @@ def test_bounds_of_hubs_are_below_the_cost_to_go() -> None:
     left = result.cost
     for move in result.moves:
         left -= move.cost
-        if hasattr(move, "target"):
+        if isinstance(move, Regrasp):
             lifted = (*move.placements[: move.finger], LIFTED, *move.placements[move.finger + 1 :])
             assert graph.bounds is not None
             hub: Placements = graph.sets.canonical(lifted)

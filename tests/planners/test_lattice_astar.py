@@ -24,6 +24,7 @@ QUICK = (0, 1, 4, 7, 10, 12, 14, 15, 16, 19, 21, 22, 25, 26, 33, 35, 36, 39, 41,
          68, 69, 70, 71, 72, 73, 74, 76, 81, 82, 83, 85, 88)  # fmt: skip
 """Seeds of ``random/small`` that need few mode decisions."""
 
+
 def agree(problem: Problem, result: SearchResult, optimum: float) -> None:
     """Check a finished search against the optimum, and its moves against each other."""
     if optimum == math.inf:

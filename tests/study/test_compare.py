@@ -1,0 +1,270 @@
+"""Comparisons: keys, the store, isolated runs, and that nothing is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gm_ompl
+from gm_ompl.errors import InputError
+from gm_ompl.study.compare import compare, make_tasks, optima
+from gm_ompl.study.store import Record, Store
+from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.workers import LocalExecutor
+
+SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
+LIMITS = Limits(time_s=60.0, max_iterations=3000)
+MEASURED = ("wall_s", "cpu_s", "peak_mb", "first_plan_s", "search_s", "history")
+"""What the clock decides."""
+
+
+def small_tasks(seeds: int = 4, limits: Limits = LIMITS) -> tuple[Task, ...]:
+    scenarios = [gm_ompl.load(name, SMALL) for name in ("paper/slide", "paper/regrasp")]
+    return make_tasks(scenarios, ("astar", "RRT"), seeds, limits)
+
+
+def what_was_found(records: Sequence[Record]) -> list[Record]:
+    nothing: dict[str, Any] = dict.fromkeys(MEASURED)
+    return [replace(record, **nothing) for record in records]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, ...]:
+    with Store(tmp_path_factory.mktemp("undisturbed") / "runs.sqlite") as store:
+        return compare(small_tasks(), store, LocalExecutor())
+
+
+class Interrupted:
+    """Runs here until ``after`` runs have ended, then behaves like Ctrl-C."""
+
+    def __init__(self, after: int) -> None:
+        self.after, self.begun = after, 0
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, dict[str, Any]]]:
+        self.begun = len(tasks)
+        for done, pair in enumerate(LocalExecutor().run(tasks)):
+            if done == self.after:
+                raise KeyboardInterrupt
+            yield pair
+
+
+def test_a_planner_without_randomness_runs_once() -> None:
+    """Further seeds would repeat the same search."""
+    tasks = small_tasks(3)
+    assert sum(task.planner == "astar" for task in tasks) == 2
+    assert sorted(task.seed for task in tasks if task.planner == "RRT") == [0, 0, 1, 1, 2, 2]
+
+
+def test_keys_are_stable_and_tell_every_difference() -> None:
+    """Same run, same key, also through JSON; anything that changes the result changes the key."""
+    task, again = small_tasks()[0], small_tasks()[0]
+    assert task.key() == again.key() == Task.from_dict(task.to_dict()).key()
+    fixed = replace(task, scenario={"name": "a"}, parameters={"b": 1.0})
+    # Computed once with this format: a change would make users' stored runs unreachable.
+    assert fixed.key("0") == FIXED_KEY
+    others = [
+        replace(task, scenario={**task.scenario, "name": "other"}),
+        replace(task, planner="dijkstra"),
+        replace(task, parameters={**task.parameters, "heuristic": "none"}),
+        replace(task, seed=1),
+        replace(task, limits=replace(LIMITS, time_s=61.0)),
+        replace(task, limits=replace(LIMITS, memory_mb=1000.0)),
+        replace(task, limits=replace(LIMITS, max_iterations=3001)),
+    ]
+    keys = {other.key() for other in others} | {task.key(), task.key("another code")}
+    assert len(keys) == len(others) + 2
+
+
+FIXED_KEY = "7b2ca5088dc3ac3e14d8660d8aab35a9"
+
+
+def test_runs_are_those_of_the_planner(undisturbed: tuple[Record, ...]) -> None:
+    """What is recorded is what planning here finds; astar's costs are its optima."""
+    tasks = small_tasks()
+    assert [record.key for record in undisturbed] == [task.key() for task in tasks]
+    for record, task in list(zip(undisturbed, tasks, strict=True))[:3]:
+        scenario = gm_ompl.load(task.scenario_name, SMALL)
+        plan = gm_ompl.plan(scenario, task.planner, seed=task.seed, max_iterations=3000)
+        assert (record.status, record.optimal) == (plan.status, plan.optimal)
+        assert record.cost == pytest.approx(plan.cost, rel=1e-12)
+        assert record.regrasps == plan.regrasps
+    best = optima(undisturbed)
+    for record in undisturbed:
+        if record.cost is not None:
+            assert record.peak_mb > 10 and record.least_z is not None
+            if record.planner == "astar":
+                assert record.optimal and record.cost == best[record.scenario_key]
+
+
+def test_a_resumed_comparison_equals_an_undisturbed_one(
+    undisturbed: tuple[Record, ...], tmp_path: Path
+) -> None:
+    """After an interruption, what was finished is not made again and the rest is the same."""
+    tasks, first, second = small_tasks(), Interrupted(3), Interrupted(1000)
+    with Store(tmp_path / "runs.sqlite") as store:
+        with pytest.raises(KeyboardInterrupt):
+            compare(tasks, store, first)
+        stored = store.all()
+    assert len(stored) == 3
+    with Store(tmp_path / "runs.sqlite") as store:
+        records = compare(tasks, store, second)
+        assert second.begun == len(tasks) - 3
+        assert store.all()[:3] == stored
+        third = Interrupted(1000)
+        assert compare(tasks, store, third) == records
+        assert third.begun == 0
+    assert what_was_found(records) == what_was_found(undisturbed)
+
+
+def test_killed_workers_lose_only_their_run(
+    undisturbed: tuple[Record, ...], tmp_path: Path
+) -> None:
+    """With runs killed at random, and once the server, the results are the same, each once."""
+    executor, killed, over = LocalExecutor(), [0, 0], threading.Event()
+
+    def kill() -> None:
+        while not over.wait(0.02):
+            running = executor.server
+            if running is None:
+                continue
+            children = _children(running.pid)
+            if children and killed[0] < 2:
+                killed[0] += _killed(children[0])
+            elif children and killed[1] < 1:
+                killed[1] += _killed(running.pid)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        with Store(tmp_path / "runs.sqlite") as store:
+            records = compare(small_tasks(), store, executor)
+            assert len(store.all()) == len(records)
+    finally:
+        over.set()
+        killer.join()
+    assert killed == [2, 1]
+    assert what_was_found(records) == what_was_found(undisturbed)
+
+
+def _children(pid: int) -> list[int]:
+    try:
+        text = Path(f"/proc/{pid}/task/{pid}/children").read_text()
+    except OSError:
+        return []
+    return [int(word) for word in text.split()]
+
+
+def _killed(pid: int) -> int:
+    try:
+        os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return 0
+    return 1
+
+
+HANGING = """
+import time
+from gm_ompl.study import server
+held = []
+def behave(task):
+    if task.seed == 2:
+        held.append(b"x" * 2**26)
+    if task.seed > 0:
+        time.sleep(60.0)
+    return {"status": "solved"}
+server.GRACE_S, server.carry_out = 0.2, behave
+server.main()
+"""
+
+CRASHING = """
+import os, signal
+from gm_ompl.errors import InputError
+from gm_ompl.study import server
+def behave(task):
+    if task.seed == 0:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    raise ZeroDivisionError("by zero") if task.seed == 1 else InputError("not for me")
+server.carry_out = behave
+server.main()
+"""
+
+
+def test_a_hang_costs_one_run() -> None:
+    """A run far beyond its time or memory is killed and recorded; its neighbour is untouched."""
+    task, slow = small_tasks()[0], Limits(0.2)
+    found = _served(
+        HANGING,
+        [
+            replace(task, limits=slow),
+            replace(task, seed=1, limits=slow),
+            replace(task, seed=2, limits=Limits(100.0, memory_mb=1.0)),
+        ],
+    )
+    assert [found[number]["status"] for number in range(3)] == ["solved", "timeout", "memory"]
+
+
+def test_a_crash_costs_one_run() -> None:
+    """A segmentation fault, an exception and a refusal are recorded as what they are."""
+    found = _served(CRASHING, [replace(small_tasks()[0], seed=seed) for seed in range(3)])
+    assert [found[number]["status"] for number in range(3)] == ["crash", "error", "refused"]
+    assert "Segmentation" in found[0]["message"]
+    assert found[1]["message"] == "ZeroDivisionError: by zero"
+    assert found[2]["message"] == "not for me"
+
+
+def _served(script: str, tasks: Sequence[Task]) -> dict[int, dict[str, Any]]:
+    """Return the outcomes of tasks given to a server whose runs behave as ``script`` says."""
+    found: dict[int, dict[str, Any]] = {}
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as running:
+        assert running.stdin is not None and running.stdout is not None
+        for number, task in enumerate(tasks):
+            line = json.dumps({"number": number, "task": task.to_dict()}) + "\n"
+            running.stdin.write(line.encode())
+        running.stdin.flush()
+        while len(found) < len(tasks):
+            answer = json.loads(running.stdout.readline())
+            found[answer["number"]] = answer["outcome"]
+        running.stdin.close()
+        assert running.wait() == 0  # it ends with its input
+    return found
+
+
+def test_a_strange_file_is_no_store(tmp_path: Path) -> None:
+    """A file that is no database, or one of other columns, is refused by name."""
+    (tmp_path / "text").write_text("no database, but long enough to be taken for one" * 30)
+    with pytest.raises(InputError, match="text"):
+        Store(tmp_path / "text")
+    with sqlite3.connect(tmp_path / "old") as old:
+        old.execute("CREATE TABLE runs (key TEXT)")
+    old.close()
+    with pytest.raises(InputError, match="another version"):
+        Store(tmp_path / "old")
+
+
+def test_wrong_requests_are_refused() -> None:
+    """Unknown planners and parameters, no seeds, and the same name twice."""
+    scenario = gm_ompl.load("paper/slide", SMALL)
+    for planners, seeds, parameters in (
+        (["nonsense"], 1, {}),
+        (["astar"], 0, {}),
+        (["astar", "astar"], 1, {}),
+        ([], 1, {}),
+        (["astar"], 1, {"astar": {"nonsense": 1}}),
+    ):
+        with pytest.raises(InputError):
+            make_tasks([scenario], planners, seeds, LIMITS, parameters)
+    with pytest.raises(InputError, match="paper/slide"):
+        make_tasks([scenario, scenario], ["astar"], 1, LIMITS)
