@@ -25,7 +25,7 @@ def _source_hash() -> str:
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         text = source.read_bytes()
-        if b"@compiled" in text:
+        if b"@compiled" in text or b"@inlined" in text:
             digest.update(text)
     digest.update(f"{numba.__version__} {sys.version_info[:2]}".encode())
     return digest.hexdigest()[:16]
@@ -57,6 +57,9 @@ def is_compiled() -> bool:
     return CACHE is not None and any(CACHE.rglob("*.nbi"))
 
 
+# A division by zero gives an infinity; a product and a sum may become one operation.
+_ARITHMETIC: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+
 _announced = False
 
 
@@ -70,9 +73,9 @@ def _announce() -> None:
 
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
-    jitted = numba.njit(
-        cache=CACHE is not None, nogil=True, error_model="numpy", no_cfunc_wrapper=True
-    )(function)
+    jitted = numba.njit(cache=CACHE is not None, nogil=True, no_cfunc_wrapper=True, **_ARITHMETIC)(
+        function
+    )
     if not numba.config.DISABLE_JIT:
         general = jitted.compile
 
@@ -84,4 +87,10 @@ def compiled(function: _Function) -> _Function:
 
         jitted.compile = compile_once
     typed: _Function = jitted
+    return typed
+
+
+def inlined(function: _Function) -> _Function:
+    """Compile ``function`` into each of its callers: for what is called in the innermost loops."""
+    typed: _Function = numba.njit(inline="always", nogil=True, **_ARITHMETIC)(function)
     return typed

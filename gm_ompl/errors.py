@@ -1,16 +1,16 @@
 """The exception tree.
 
-    GmOmplError                  everything this package raises on purpose
-    |-- InputError               the user's input is wrong (command line: exit code 2)
-    |   |-- ScenarioError        a scenario file or name; carries file, line, key and value
-    |   |-- PlanFileError        a plan file
-    |   |-- GeometryError        impossible or unusable shapes
-    |   |-- UnknownPlannerError  no planner of that name; carries the valid names
-    |   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
-    |   `-- MissingExtraError    an optional library is not installed
-    |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
-    |-- PathError                a planner's path does not hold when judged anew
-    `-- SolverError              an LP solver ended in a way that allows no verdict
+GmOmplError                  everything this package raises on purpose
+|-- InputError               the user's input is wrong (command line: exit code 2)
+|   |-- ScenarioError        a scenario file or name; carries file, line, key and value
+|   |-- PlanFileError        a plan file
+|   |-- GeometryError        impossible or unusable shapes
+|   |-- UnknownPlannerError  no planner of that name; carries the valid names
+|   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
+|   `-- MissingExtraError    an optional library is not installed
+|-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
+|-- PathError                a planner's path does not hold when judged anew
+`-- SolverError              an LP solver ended in a way that allows no verdict
 """
 
 from __future__ import annotations

@@ -48,6 +48,7 @@ class KernelBackend:
         self._kinds = finger_kinds(problem)
         self._tips = self._tip_columns()
         self._numbers: dict[bytes, int] = {}
+        self._contacts: list[ContactState] = []
         self._env: list[Array] = []
         self._load: list[Array] = []
         self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
@@ -70,11 +71,16 @@ class KernelBackend:
         if number == len(self._env):
             settings = self._problem.mechanics
             mu = self._problem.environment.friction
+            self._contacts.append(contacts)
             self._env.append(
                 columns.environment_columns(contacts, mu, settings.cone_edges, self._U)
             )
             self._load.append(columns.load(contacts.rotation, self._weight, self._U))
         return number
+
+    def contacts(self, environment: int) -> ContactState:
+        """Return the contact state of a number, as it was first registered."""
+        return self._contacts[environment]
 
     def decide(
         self,

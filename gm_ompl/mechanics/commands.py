@@ -13,8 +13,8 @@ from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.kelley import (
     MAX_CUTS,
+    MAX_PASSES,
     add_cut,
-    begin,
     new_work,
     no_cuts,
     take_up,
@@ -66,9 +66,7 @@ def _joint(
             return REACHED, 0.0, chosen[0]
         cost = fill(env, q, tips, f_max, force, f, raw)
         limit = (1.0 + 1e-9) / z
-        end, direction, _ = run_pass(
-            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y
-        )
+        end, direction, _ = run_pass(raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y)
         if end == SOLVED:
             return REACHED, z, direction
         if end == TROUBLE or count == MAX_BLOCKS or (chosen[:count] == direction).any():
@@ -100,7 +98,7 @@ def _next_set(zs: Array, bounds: Array, below: float) -> int:
 @compiled
 def best_commands(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
-    zs: Array, limiting: IntArray, commands: Array,
+    first: Array, zs: Array, limiting: IntArray, commands: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the largest z among sets of modes, each with at least one force-controlled finger.
 
@@ -112,6 +110,7 @@ def best_commands(
         L: (76, 6), the directions.
         below: a threshold; where all z are proven smaller, stop.
         masks: (sets,), position-controlled fingers as bits, in order of preference.
+        first: (6,), a wrench in the polar of the environment's cone whose cut may help, or zero.
         zs: output (sets,): z where it may be the largest or tie with it, else -1.
         limiting: output (sets,): the directions that limit z.
         commands: output (sets, n): f_com; f_max under position control.
@@ -120,39 +119,40 @@ def best_commands(
         REACHED (some z is at least ``below``), BELOW, UNBOUNDED or FAILED, with an upper bound on
         all z.
     """
-    sets, n = len(masks), len(tips)
-    work = new_work(sets, n, len(env), tips.shape[1])
-    cuts = no_cuts(sets, n)
-    force, caps, top = np.empty(n, dtype=np.bool_), np.empty(n), -1.0
-    begin(f_max, masks, force, cuts.trials, commands, zs)
+    sets, n, top = len(masks), len(tips), -1.0
+    work, cuts = new_work(sets, n, len(env), tips.shape[1]), no_cuts(f_max, masks, zs, commands)
+    force, caps = np.empty(n, dtype=np.bool_), np.empty(n)
+    K = 1 if add_cut(q, tips, f_max, masks, force, L, first, cuts, 0) else 0
     while True:
         j = _next_set(zs, cuts.bounds, below)
         if j == sets:
             break
-        K, nf = cuts.counts[j], take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
-        if K == MAX_CUTS:
-            floor = max(below, top * (1.0 - 2.0 * TIE))
+        nf = take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
+        if cuts.heeded[j] < K:
+            z = best_command(cuts.h, cuts.c[j], cuts.slopes[j], K, caps, nf, cuts.trials[j])
+            cuts.bounds[j], cuts.heeded[j] = min(cuts.bounds[j], z), K
+            if z <= ZERO:
+                zs[j], cuts.bounds[j], limiting[j], top = 0.0, 0.0, cuts.met[K - 1], max(top, 0.0)
+        elif cuts.passes[j] == MAX_PASSES or K == MAX_CUTS:
             end, cuts.bounds[j], limiting[j] = _joint(
-                env, q, tips, f_max, force, L, floor, cuts.met[j], commands[j]
-            )
+                env, q, tips, f_max, force, L, max(below, top * (1.0 - 2.0 * TIE)), cuts.met[:K],
+                commands[j],
+            )  # fmt: skip
             if end == FAILED:
                 return FAILED, 0.0
             if end == REACHED:
                 zs[j], top = cuts.bounds[j], max(top, cuts.bounds[j])
-            continue
-        end, direction = try_command(env, q, tips, f_max, force, L, j, cuts, commands, work)
-        if end == TROUBLE:
-            return FAILED, 0.0
-        if end == SOLVED and K > 0:
-            zs[j], which = tightest(cuts.h[j], cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
-            limiting[j], top = cuts.met[j, which], max(top, zs[j])
-            continue
-        if not add_cut(q, tips, f_max, force, L, direction, work.y, cuts, j):
-            return UNBOUNDED, np.inf
-        z = best_command(cuts.h[j], cuts.c[j], cuts.slopes[j], K + 1, caps, nf, cuts.trials[j])
-        cuts.bounds[j] = min(cuts.bounds[j], z)
-        if cuts.bounds[j] <= ZERO:
-            cuts.bounds[j], zs[j], limiting[j], top = 0.0, 0.0, direction, max(top, 0.0)
+        else:
+            end = try_command(env, q, tips, f_max, force, L, j, cuts, commands, work)
+            if end == TROUBLE:
+                return FAILED, 0.0
+            if end == SOLVED and cuts.bounds[j] < np.inf:
+                zs[j], which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
+                limiting[j], top = cuts.met[which], max(top, zs[j])
+            elif not add_cut(q, tips, f_max, masks, force, L, work.y, cuts, K):
+                return UNBOUNDED, np.inf
+            else:
+                K += 1
     return (REACHED if top >= below else BELOW), max(top, cuts.bounds.max())
 
 
@@ -186,7 +186,7 @@ def margin(
             mask |= 1 << i
     zs, limiting, commands = np.empty(1), np.empty(1, dtype=np.int64), np.empty((1, len(f)))
     end, bound = best_commands(
-        env, q, tips, f_max, L, below, np.array([mask]), zs, limiting, commands
+        env, q, tips, f_max, L, below, np.array([mask]), np.zeros(6), zs, limiting, commands
     )
     if end == REACHED:
         f[:] = commands[0]

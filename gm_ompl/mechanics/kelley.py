@@ -17,36 +17,40 @@ from gm_ompl.mechanics.simplex import NO_TAU
 from gm_ompl.mechanics.stability import cut, fill, run_pass
 from gm_ompl.mechanics.tableau import NEVER
 
-MAX_CUTS = 40
-"""Cuts over f_com before the directions met are put into one program."""
+MAX_CUTS = 80
+"""Cuts, and"""
+MAX_PASSES = 40
+"""passes for one set of modes, before the directions met are put into one program."""
 GAP = 1e-10
 """Cutting stops where the bound is within this of z, relative to max(z, 1e-3)."""
 FRESH = 8
 """Passes on one tableau before it is filled anew: rounding adds up with every pivot."""
 FIRST_LOOK = 12
-"""Pivots at the first trial f_com, which is a mere guess."""
+"""Pivots at a trial f_com while nothing bounds z."""
 
 
 class Cuts(NamedTuple):
-    """Kelley's cuts h z <= c + slopes . f_com of several sets of modes.
+    """Kelley's cuts h_P(y) z <= c + slopes . f_com, each with its form for every set of modes.
 
     Attributes:
-        h: (sets, MAX_CUTS).
+        h: (MAX_CUTS,), h_P(y).
+        met: (MAX_CUTS,), the directions with l_i . y = h_P(y).
         c: (sets, MAX_CUTS).
         slopes: (sets, MAX_CUTS, n), a column per force-controlled finger, the rest unused.
-        met: (sets, MAX_CUTS), the directions that they are about.
-        counts: (sets,), how many there are.
+        heeded: (sets,), how many cuts the set's bound and trial heed.
         bounds: (sets,), the largest z that they allow.
         trials: (sets, n), f_com that allows it, an entry per force-controlled finger.
+        passes: (sets,), how often a trial was put to the directions.
     """
 
     h: Array
+    met: IntArray
     c: Array
     slopes: Array
-    met: IntArray
-    counts: IntArray
+    heeded: IntArray
     bounds: Array
     trials: Array
+    passes: IntArray
 
 
 class Work(NamedTuple):
@@ -83,16 +87,6 @@ def new_work(sets: int, n: int, e: int, s: int) -> Work:
 
 
 @compiled
-def no_cuts(sets: int, n: int) -> Cuts:
-    """Return no cuts."""
-    return Cuts(
-        np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS, n)),
-        np.empty((sets, MAX_CUTS), dtype=np.int64), np.zeros(sets, dtype=np.int64),
-        np.full(sets, np.inf), np.empty((sets, n)),
-    )  # fmt: skip
-
-
-@compiled
 def tightest(h: Array, c: Array, slopes: Array, count: int, trial: Array) -> tuple[float, int]:
     """Return the least bound on z that the cuts give at ``trial``, and whose it is."""
     least, which = np.inf, -1
@@ -113,19 +107,27 @@ def force_control(mask: int, force: BoolArray) -> None:
 
 
 @compiled
-def begin(
-    f_max: Array, masks: IntArray, force: BoolArray, trials: Array, commands: Array, zs: Array
-) -> None:
-    """Write the first trial f_com of every set, in the middle of its range."""
-    for j in range(len(masks)):
+def no_cuts(f_max: Array, masks: IntArray, zs: Array, commands: Array) -> Cuts:
+    """Return no cuts; every set's first trial f_com is in the middle of its range.
+
+    ``commands`` (sets, n) gets f_max: a position-controlled finger's stays at that; ``zs``
+    (sets,) gets -1.
+    """
+    sets, n = len(masks), len(f_max)
+    trials, force = np.empty((sets, n)), np.empty(n, dtype=np.bool_)
+    for j in range(sets):
         force_control(masks[j], force)
-        nf = 0
-        for i in range(len(f_max)):
+        zs[j], nf = -1.0, 0
+        for i in range(n):
             commands[j, i] = f_max[i]
             if force[i]:
                 trials[j, nf] = 0.5 * f_max[i]
                 nf += 1
-        zs[j] = -1.0
+    return Cuts(
+        np.empty(MAX_CUTS), np.empty(MAX_CUTS, dtype=np.int64), np.empty((sets, MAX_CUTS)),
+        np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64), np.full(sets, np.inf),
+        trials, np.zeros(sets, dtype=np.int64),
+    )  # fmt: skip
 
 
 @compiled
@@ -145,21 +147,30 @@ def take_up(
 
 @compiled
 def add_cut(
-    q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, direction: int, y: Array,
-    cuts: Cuts, j: int,
+    q: Array, tips: Array, f_max: Array, masks: IntArray, force: BoolArray, L: Array, y: Array,
+    cuts: Cuts, K: int,
 ) -> bool:  # fmt: skip
-    """Add y's cut on a direction to set j; False where y is nothing, so that z = +inf."""
-    size, K = 0.0, cuts.counts[j]
+    """Add y's cut as number K, for all sets: y is in the polar of the environment's cone.
+
+    Returns:
+        False where y is nothing, so that z = +inf.
+    """
+    size = 0.0
     for t in range(6):
         size = max(size, abs(y[t]))
     if size <= NO_TAU:
         return False
     unit = y[:6] / size
-    cuts.h[j, K] = 0.0
-    for t in range(6):
-        cuts.h[j, K] += L[direction, t] * unit[t]
-    cuts.c[j, K] = cut(q, tips, f_max, force, unit, cuts.slopes[j, K])
-    cuts.met[j, K], cuts.counts[j] = direction, K + 1
+    cuts.h[K] = 0.0
+    for i in range(len(L)):
+        dot = 0.0
+        for t in range(6):
+            dot += L[i, t] * unit[t]
+        if dot > cuts.h[K]:
+            cuts.h[K], cuts.met[K] = dot, i
+    for j in range(len(masks)):
+        force_control(masks[j], force)
+        cuts.c[j, K] = cut(q, tips, f_max, force, unit, cuts.slopes[j, K])
     return True
 
 
@@ -167,19 +178,21 @@ def add_cut(
 def try_command(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, j: int,
     cuts: Cuts, commands: Array, work: Work,
-) -> tuple[int, int]:  # fmt: skip
-    """Try set j's f_com: SOLVED where z reaches its bound, else a direction that proves less.
+) -> int:  # fmt: skip
+    """Try set j's f_com: SOLVED where z reaches its bound, else ``work.y`` proves less.
 
-    The first trial is a mere guess: a look at it will do.
+    While nothing bounds z a look at the directions will do.
     """
-    K, bound = cuts.counts[j], cuts.bounds[j]
+    tried, bound = cuts.passes[j], cuts.bounds[j]
+    cuts.passes[j] += 1
     cost = fill(env, q, tips, f_max, force, commands[j], work.raw)
     work.change[:] = work.raw[:, 0] - work.tau[j]
     work.tau[j] = work.raw[:, 0]
-    aim = bound - GAP * max(bound, 1e-3) if K else 0.0
-    limit, enough = (1.0 / aim, 1.0 / aim) if K else (np.inf, 0.0)
-    end, direction, _ = run_pass(
-        work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, K % FRESH > 0, limit,
-        enough, NEVER if K else FIRST_LOOK, work.y,
+    aim = bound - GAP * max(bound, 1e-3) if bound < np.inf else 0.0
+    limit, enough = (1.0 / aim, 1.0 / aim) if aim > 0.0 else (np.inf, 0.0)
+    patience, warm = NEVER if bound < np.inf else FIRST_LOOK, tried % FRESH > 0
+    end, _, _ = run_pass(
+        work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, warm, limit, enough,
+        patience, work.y,
     )  # fmt: skip
-    return end, direction
+    return end

@@ -87,13 +87,13 @@ def passing_sets(env: Array, tips: Array, previous: int, passed: IntArray) -> in
 @compiled
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, f_com: Array,
+    passed: IntArray, first: Array, f_com: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
     count = len(passed)
     zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
     commands = np.empty((count, len(tips)))
-    end, bound = best_commands(env, q, tips, f_max, L, below, passed, zs, limiting, commands)
+    end, bound = best_commands(env, q, tips, f_max, L, below, passed, first, zs, limiting, commands)
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
     if end == REACHED:
@@ -121,8 +121,8 @@ def decide(
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         f_com: output (n,): commands of the force-controlled fingers.
-        y: output (6,): where all fingers under position control were tried, the wrench of a cut
-            on z, valid for any modes and, as a cut, for any placements; else left alone.
+        y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
+            any modes and, as a cut, for any placements; zero where there is none.
 
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
@@ -131,12 +131,11 @@ def decide(
     everyone = (1 << n) - 1
     P = np.empty((len(env) + n * tips.shape[1], 6))
     tight = not excessive(P, unit_columns(env, tips, everyone, P))
-    if tight or below > 0.0:
-        end, z, direction = position_margin(env, q, tips, f_max, L, below, tight, y)
-        if end == BELOW:
-            return UNDER, z, direction, everyone
-        if tight and end != REACHED:
-            return TROUBLE, 0.0, -1, 0
+    end, z, direction = position_margin(env, q, tips, f_max, L, below, tight, y)
+    if end == BELOW:
+        return UNDER, z, direction, everyone
+    if tight and end != REACHED:
+        return TROUBLE, 0.0, -1, 0
     if tight:
         f_com[:] = 0.0
         mask = everyone
@@ -145,7 +144,9 @@ def decide(
         passes = passing_sets(env, tips, previous, passed)
         if passes == 0:
             return INTERNAL_FORCE, -np.inf, -1, 0
-        end, z, direction, mask = _best_set(env, q, tips, f_max, L, below, passed[:passes], f_com)
+        end, z, direction, mask = _best_set(
+            env, q, tips, f_max, L, below, passed[:passes], y, f_com
+        )
         if end != STABLE:
             return end, z, direction, mask
     if z <= 0.0 and not equilibrium(env, q, tips, f_max, L, f_com):

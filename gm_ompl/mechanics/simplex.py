@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.sides import SIDES, number
 from gm_ompl.mechanics.tableau import (
     DANTZIG_STEPS,
@@ -34,7 +34,7 @@ SOLVED, EXCEEDED, INFEASIBLE, TROUBLE = 0, 1, 2, 3
 nothing resists; give up."""
 
 
-@compiled
+@inlined
 def _extremes(
     T: Array, basis: IntArray, m: int, N: int, S: int, weights: Array, lo: Array, hi: Array
 ) -> None:
@@ -59,7 +59,7 @@ def _extremes(
                 hi[j] = x if x > hi[j] else hi[j]
 
 
-@compiled
+@inlined
 def _keep(
     T: Array, basis: IntArray, m: int, N: int, column: int, code: int, kept: Array,
     has: BoolArray, balance: Array,
@@ -77,7 +77,7 @@ def _keep(
             balance[j] += kept[code, j] + kept[code ^ 1, j]
 
 
-@compiled
+@inlined
 def _close_bounded(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, cost: float,
     balance: Array, enough: float, open_: BoolArray, lo: Array, hi: Array, weights: Array,
@@ -101,7 +101,7 @@ def _close_bounded(
             open_[code + 1] = False
 
 
-@compiled
+@inlined
 def _drop_closed(
     T: Array, d: Array, m: int, first: int, S: int, slots: IntArray, open_: BoolArray, lo: Array,
     hi: Array,
@@ -121,7 +121,7 @@ def _drop_closed(
     return S
 
 
-@compiled
+@inlined
 def _choose(
     d: Array, first: int, S: int, slots: IntArray, open_: BoolArray, lo: Array, hi: Array,
     worst_tau: float,
@@ -147,7 +147,7 @@ def _choose(
     return by_tau if by_tau >= 0 else by_miss
 
 
-@compiled
+@inlined
 def _close_solved(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray,
     open_: BoolArray, lo: Array, hi: Array, kept: Array, has: BoolArray, balance: Array,
@@ -168,7 +168,7 @@ def _close_solved(
     return worst, worst_tau
 
 
-@compiled
+@inlined
 def _step(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, code: int,
     bland: bool, y: Array,
@@ -249,7 +249,7 @@ def search_directions(
             S = _drop_closed(T, d, m, first, S, slots, open_, lo, hi)
             if S == 0:
                 return SOLVED, number(worst), worst_tau
-            now, here = _choose(d, first, S, slots, open_, lo, hi, least), 0
+            now, here = _choose(d, first, S, slots, open_, lo, hi, worst_tau), 0
         here += 1
         end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS + N, y)
         if end != SOLVED:

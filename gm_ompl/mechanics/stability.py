@@ -152,10 +152,11 @@ def position_margin(
     basis, prices = np.empty(m, dtype=np.int64), np.empty(m)
     cost = fill(env, q, tips, f_max, np.zeros(n, dtype=np.bool_), f_max, raw)
     limit = 1.0 / below if below > 0.0 else np.inf
-    enough, patience = (0.0, NEVER) if exact else (limit, A_LOOK)
+    enough = 0.0 if exact or below <= 0.0 else limit
     end, direction, tau = run_pass(
-        raw, cost, L, T, d, basis, prices, False, limit, enough, patience, prices
-    )
+        raw, cost, L, T, d, basis, prices, False, limit, enough, NEVER if exact else A_LOOK,
+        prices,
+    )  # fmt: skip
     y[:] = prices[:6]
     if end == TROUBLE:
         return FAILED, 0.0, direction

@@ -56,6 +56,7 @@ _NAMES = {
 
 def test_every_finding_by_hand() -> None:
     """Each outcome of a mode decision has its finding; the threshold itself passes."""
+
     def finding(outcome: Outcome, z: float) -> Finding:
         return Verdict.of(ModeDecision(outcome, z), 0.5).finding
 

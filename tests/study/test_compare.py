@@ -134,7 +134,7 @@ def test_killed_workers_lose_only_their_run(
     executor, killed, over = LocalExecutor(), [0, 0], threading.Event()
 
     def kill() -> None:
-        while not over.wait(0.02):
+        while not over.wait(0.005):
             running = executor.server
             if running is None:
                 continue

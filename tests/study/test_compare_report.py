@@ -13,7 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gm_ompl.errors import InputError
+from gm_ompl.study.comparison_page import tables
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
+from gm_ompl.study.pages import write_tables
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
 from gm_ompl.study.store import Record
 from gm_ompl.study.summary import difference, differences, summarise
@@ -74,6 +77,8 @@ def test_differences_say_what_is_not_known() -> None:
     assert success.low <= -0.25 <= (success.high or 0.0)
     assert found["RRT", "cost / optimum"].supported
     assert list(found.values()) == list(differences(RUNS, OPTIMA))
+    seldom = found["RRT", "first plan [s]"]  # of some samples of four, most found nothing
+    assert seldom.low is not None and seldom.high == math.inf and not seldom.supported
     never = [RUNS[0], run("RRT", 0, None, None)]
     first = {row.what: row for row in differences(never, OPTIMA)}["first plan [s]"]
     assert (first.value, first.low, first.high, first.supported) == (None, None, None, False)
@@ -171,3 +176,16 @@ def test_wrong_options_are_named(
     assert ended.value.code == 2
     assert wrong[-1] in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_the_page_has_its_marks_and_shows_the_usual_limits(tmp_path: Path) -> None:
+    """Tables go into docs/comparison.md; runs under other limits lend their optima alone."""
+    longer = run("astar", 9, 1.0, 9.0, optimal=True, time_limit=60.0)
+    found = tables([*RUNS, longer])
+    assert len(found["runs"].splitlines()) == 2 + 2
+    assert "1.111" in found["runs"]  # 10 over the later proof, 9
+    copy = tmp_path / "page.md"
+    copy.write_text((Path(__file__).parents[2] / "docs" / "comparison.md").read_text())
+    write_tables(copy, found)
+    with pytest.raises(InputError, match="no runs"):
+        tables([])

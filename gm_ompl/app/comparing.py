@@ -1,0 +1,137 @@
+"""``gm-ompl compare``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from gm_ompl import api
+from gm_ompl.app.exits import Exit
+from gm_ompl.app.output import note
+from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.study.compare import compare, make_tasks, optima
+from gm_ompl.study.ompl_log import write_benchmark
+from gm_ompl.study.report import failures, figure, interval, report_html
+from gm_ompl.study.store import Record, Store
+from gm_ompl.study.summary import Difference, Summary, differences, summarise
+from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.workers import LocalExecutor
+
+LOCAL = "local"
+
+
+@dataclass(frozen=True)
+class CompareRequest:
+    """The options of ``gm-ompl compare``."""
+
+    scenarios: tuple[str, ...]
+    planners: str
+    seeds: int
+    time_limit: float
+    memory_limit: float | None
+    max_iterations: int | None
+    executor: str
+    output: Path
+
+
+def compare_command(request: CompareRequest) -> Exit:
+    """Make the runs that are missing, write everything, show the tables."""
+    tasks = _tasks(request)
+    folder = _folder(request.output)
+    with Store(folder / "runs.sqlite") as store:
+        records = _compare(tasks, store)
+        best = optima(store.all())
+    summaries, found = summarise(records, best), differences(records, best)
+    console = Console()
+    for table in (*_summary_tables(summaries), *_difference_tables(found)):
+        console.print(table)
+    write_benchmark(records, best, folder / "ompl")
+    try:
+        (folder / "report.html").write_text(report_html(records, best), encoding="utf-8")
+    except MissingExtraError as error:
+        note(f"no report.html: {error}")
+    note(f"written to {request.output}")
+    return Exit.OK
+
+
+def _tasks(request: CompareRequest) -> tuple[Task, ...]:
+    """Return the runs asked for.
+
+    Raises:
+        InputError: an option's value is wrong.
+    """
+    if request.executor != LOCAL:
+        raise InputError(f"--executor {request.executor}: must be {LOCAL}")
+    for option, value in (
+        ("--time-limit", request.time_limit), ("--memory-limit", request.memory_limit),
+        ("--max-iterations", request.max_iterations),
+    ):  # fmt: skip
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{option} {value}: must be a positive number")
+    planners = [name.strip() for name in request.planners.split(",") if name.strip()]
+    limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
+    return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,
+                      limits)  # fmt: skip
+
+
+def _folder(path: Path) -> Path:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"-o {path}: cannot be made a folder: {error.strerror}") from None
+    return path.resolve()
+
+
+def _compare(tasks: Sequence[Task], store: Store) -> tuple[Record, ...]:
+    """Make the runs; how many are done is shown on stderr."""
+    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        bar = progress.add_task("runs", total=len(tasks))
+        return compare(
+            tasks, store, LocalExecutor(), lambda done, _: progress.update(bar, completed=done)
+        )
+
+
+def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:
+    """Yield a table per scenario."""
+    for scenario, group in groupby(rows, key=lambda row: row.scenario):
+        table = _table(scenario, "planner", "runs", "plan", "first [s]", "cost", "ratio",
+                       "regrasps", "z", "MiB", "failures")  # fmt: skip
+        for row in group:
+            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.peak_mb)
+            _add(table, row.planner, str(row.runs), f"{row.success:.0%}", *map(figure, values),
+                 failures(row))  # fmt: skip
+        yield table
+
+
+def _difference_tables(rows: Sequence[Difference]) -> Iterator[Table]:
+    """Yield a table per scenario."""
+    for scenario, group in groupby(rows, key=lambda row: row.scenario):
+        title = f"{scenario}: differences from {rows[0].against} (* interval leaves out 0)"
+        table = _table(title, "planner", "figure", "difference", "95% interval")
+        for row in group:
+            _add(table, row.planner, row.what, figure(row.value), interval(row))
+        yield table
+
+
+def _table(title: str, first: str, *others: str) -> Table:
+    table = Table(
+        title=Text(title), box=box.SIMPLE_HEAD, title_justify="left", padding=(0, 1, 0, 0)
+    )
+    table.add_column(Text(first), no_wrap=True)
+    for name in others:
+        table.add_column(Text(name), justify="right")
+    return table
+
+
+def _add(table: Table, *cells: str) -> None:
+    table.add_row(*map(Text, cells))  # plain text: a name may look like rich's markup

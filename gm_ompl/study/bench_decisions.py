@@ -1,0 +1,140 @@
+"""Mode decisions drawn from real searches, timed with the kernel and with HiGHS."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.contact.state import Instant
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend, Key
+from gm_ompl.planners.planner import Budget, SearchResult
+from gm_ompl.planners.registry import make_planner
+from gm_ompl.problem import Problem
+from gm_ompl.reference.modes import all_mode_sets, decide_modes
+
+Answer = TypeVar("Answer")
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """A search and the decisions of the whole hand that it made.
+
+    Attributes:
+        problem: what was searched.
+        backend: numbers the contact states.
+        result: of the search.
+        asked: every decision made, in order.
+    """
+
+    problem: Problem
+    backend: KernelBackend
+    result: SearchResult
+    asked: list[Key]
+
+
+@dataclass(frozen=True)
+class Times:
+    """Times of the same decisions by three ways [ms].
+
+    Attributes:
+        kernel: per decision, the median of the repetitions, memo off.
+        both_force: those where every finger is force-controlled.
+        kernel_of_sample: of the decisions that HiGHS makes too.
+        highs: with ``decide_modes``: Problems (5) and (6) in HiGHS, hopeless mode sets skipped.
+        highs_whole: with ``all_mode_sets``: every mode set judged, as Sec. 3.4 is written.
+    """
+
+    kernel: list[float]
+    both_force: list[float]
+    kernel_of_sample: list[float] = field(default_factory=list)
+    highs: list[float] = field(default_factory=list)
+    highs_whole: list[float] = field(default_factory=list)
+
+
+def searched(problem: Problem, planner: str, time_limit: float) -> Searched:
+    """Search with the kernel and keep what was decided."""
+    backend = KernelBackend(problem)
+    judge = Judge(problem, backend)
+    rng = np.random.default_rng(0)
+    result = make_planner(planner).solve(problem, judge, Budget(time_limit), rng)
+    count = problem.fingers.count
+    return Searched(problem, backend, result, [k for k in backend.decided() if len(k[2]) == count])
+
+
+def timed(search: Searched, most: int, with_highs: int, repeat: int) -> Times:
+    """Time decisions of a search.
+
+    Args:
+        search: where they come from.
+        most: decisions drawn for the kernel.
+        with_highs: of these, how many HiGHS makes too.
+        repeat: passes of the kernel over the decisions.
+    """
+    drawn = spread(search.asked, most)
+    passes = [_kernel_pass(search, drawn) for _ in range(repeat)]
+    kernel = np.median([times for times, _ in passes], axis=0).tolist() if drawn else []
+    both = [t for t, d in zip(kernel, passes[0][1], strict=True) if _both_force(d)]
+    sample = spread(list(zip(drawn, kernel, strict=True)), with_highs)
+    instants = [_instant(search, key) for key, _ in sample]
+    return Times(
+        kernel,
+        both,
+        [t for _, t in sample],
+        [_milliseconds(decide_modes, instant) for instant in instants],
+        [_milliseconds(all_mode_sets, instant) for instant in instants],
+    )
+
+
+def spread(items: Sequence[Answer], most: int) -> list[Answer]:
+    """Return up to ``most`` items, evenly spread over the sequence."""
+    if len(items) <= most:
+        return list(items)
+    return [items[int(i)] for i in np.linspace(0, len(items) - 1, most)]
+
+
+def batch_gain(search: Searched, most: int, repeat: int) -> float:
+    """Return how many times faster decisions of the whole hand come in one batch."""
+    drawn = spread(search.asked, most)
+    backend, z_min = search.backend, search.problem.mechanics.z_min
+    which = np.array([key[0] for key in drawn], dtype=np.int64)
+    sets = np.array([key[2] for key in drawn], dtype=np.int64)
+    gains = []
+    for _ in range(repeat):
+        alone = sum(_kernel_pass(search, drawn)[0])
+        backend.forget()
+        started = time.perf_counter()
+        backend.decide_many(which, sets, z_min)
+        gains.append(alone / (1e3 * (time.perf_counter() - started)))
+    return float(np.median(gains))
+
+
+def _kernel_pass(search: Searched, drawn: list[Key]) -> tuple[list[float], list[ModeDecision]]:
+    backend, z_min = search.backend, search.problem.mechanics.z_min
+    backend.forget()
+    times, decisions = [], []
+    for environment, fingers, placements in drawn:
+        started = time.perf_counter()
+        decision = backend.decide(environment, fingers, placements, z_min)
+        times.append(1e3 * (time.perf_counter() - started))
+        decisions.append(decision)
+    return times, decisions
+
+
+def _both_force(decision: ModeDecision) -> bool:
+    return bool(decision.modes) and ControlMode.POSITION not in decision.modes
+
+
+def _instant(search: Searched, key: Key) -> Instant:
+    return search.problem.instant(search.backend.contacts(key[0]), key[1], key[2])
+
+
+def _milliseconds(decide: Callable[[Instant], object], instant: Instant) -> float:
+    started = time.perf_counter()
+    decide(instant)
+    return 1e3 * (time.perf_counter() - started)

@@ -1,0 +1,185 @@
+"""A comparison as one HTML page that needs no network: the only import of plotly."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.errors import MissingExtraError
+from gm_ompl.study.store import Record
+from gm_ompl.study.summary import (
+    Difference,
+    Samples,
+    Summary,
+    differences,
+    first_times,
+    grouped,
+    ratios,
+    summarise,
+)
+
+COLOURS = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999933",
+    "#882255", "#44aa99",
+)  # fmt: skip
+"""Told apart by readers with any kind of colour vision."""
+
+TIMES = 200
+"""Points in time at which curves of cost are drawn."""
+
+_STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em }
+table { border-collapse: collapse; margin: 1em 0 } caption { text-align: left; font-weight: bold }
+th, td { padding: .2em .7em; border-bottom: 1px solid #ccc; text-align: right }
+th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left }
+"""
+
+
+def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
+    """Return the page.
+
+    Args:
+        records: the runs.
+        optima: proven optimal costs by scenario key.
+
+    Raises:
+        MissingExtraError: plotly is not installed.
+    """
+    go = _plotly()
+    parts = [
+        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
+        f"<title>Comparison of planners</title><style>{_STYLE}</style></head><body>",
+        "<h1>Comparison of planners</h1>",
+        _summary_table(summarise(records, optima)),
+        _difference_table(differences(records, optima)),
+    ]
+    library: bool = True  # the page holds plotly once, before its first chart
+    for scenario, planners in grouped(records).items():
+        parts.append(f"<h2>{html.escape(scenario)}</h2>")
+        for figure in _figures(go, planners, optima):
+            parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
+            library = False
+    return "\n".join([*parts, "</body></html>\n"])
+
+
+def _plotly() -> ModuleType:
+    try:
+        import plotly.graph_objects as go
+    except ImportError:
+        raise MissingExtraError("plotly", "plot") from None
+    module: ModuleType = go
+    return module
+
+
+def _figures(
+    go: ModuleType, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
+) -> Iterator[Any]:
+    """Yield a scenario's charts: success over time, cost over time, cost ratio."""
+    success, cost, ratio = (go.Figure() for _ in range(3))
+    end = max((t for runs in planners.values() for run in runs for t, _, _ in run.history),
+              default=1.0) or 1.0  # fmt: skip
+    for index, (planner, runs) in enumerate(planners.items()):
+        name, colour = html.escape(planner), COLOURS[index % len(COLOURS)]
+        line = {"color": colour, "shape": "hv"}
+        times, share = success_curve(runs, end)
+        success.add_scatter(x=times, y=share, name=name, mode="lines", line=line)
+        grid = np.geomspace(end / 1000.0, end, TIMES)
+        low, middle, high = cost_quantiles(runs, grid)
+        shared = {"x": grid.tolist(), "legendgroup": name, "mode": "lines"}
+        thin = {"color": colour, "shape": "hv", "width": 0.5, "dash": "dot"}
+        for values in (low, high):
+            cost.add_scatter(y=values, name=name, showlegend=False, line=thin, **shared)
+        cost.add_scatter(y=middle, name=name, line=line, **shared)
+        ratio.add_box(y=ratios(runs, optima).tolist(), name=name, marker_color=colour)
+    cost.update_xaxes(type="log")
+    for figure, title, x, y in (
+        (success, "Share of runs with a plan", "time [s]", "share"),
+        (cost, "Cost of the best plan: median and quartiles of the runs", "time [s]", "cost"),
+        (ratio, "Cost over the proven optimum", "", "ratio"),
+    ):
+        figure.update_layout(title=title, xaxis_title=x, yaxis_title=y, height=380)
+        yield figure
+
+
+def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list[float]]:
+    """Return the steps of the share of runs that have a plan, from time 0 to ``end``."""
+    found = np.sort(first_times(runs))
+    found = found[np.isfinite(found)]
+    share = [(k + 1) / len(runs) for k in range(found.size)]
+    last = share[-1] if share else 0.0
+    return [0.0, *found.tolist(), max(end, found.max(initial=0.0))], [0.0, *share, last]
+
+
+def cost_quantiles(
+    runs: Sequence[Record], times: Samples
+) -> tuple[list[float | None], list[float | None], list[float | None]]:
+    """Return the quartiles of the best cost so far over all runs; None where it is infinite.
+
+    Runs without a plan count as infinitely costly, so that a planner gains nothing by solving
+    the easy runs alone.
+    """
+    costs = np.full((len(runs), len(times)), math.inf)
+    for row, run in zip(costs, runs, strict=True):
+        for time, cost, _ in run.history:
+            if cost is not None:
+                row[times >= time] = cost
+    quartiles = np.quantile(costs, (0.25, 0.5, 0.75), axis=0, method="higher")
+    low, middle, high = (
+        [value if math.isfinite(value) else None for value in row] for row in quartiles.tolist()
+    )
+    return low, middle, high
+
+
+def _summary_table(rows: Sequence[Summary]) -> str:
+    head = ("scenario", "planner", "runs", "with a plan", "first plan [s], median", "cost, median",
+            "cost / optimum", "regrasps", "least z", "peak [MiB]", "failures")  # fmt: skip
+    cells = [
+        (
+            row.scenario, row.planner, str(row.runs), f"{row.success:.0%}",
+            *map(figure, (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
+                          row.peak_mb)),
+            failures(row),
+        )
+        for row in rows
+    ]  # fmt: skip
+    return _table("Runs", head, cells)
+
+
+def _difference_table(rows: Sequence[Difference]) -> str:
+    head = ("scenario", "planner", "against", "figure", "difference", "95% interval")
+    cells = [
+        (row.scenario, row.planner, row.against, row.what, figure(row.value), interval(row))
+        for row in rows
+    ]
+    return _table("Differences from the first planner (bootstrap intervals)", head, cells)
+
+
+def _table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    def line(tag: str, cells: Sequence[str]) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    body = "\n".join(line("td", row) for row in rows)
+    return f"<table><caption>{html.escape(caption)}</caption>\n{line('th', head)}\n{body}</table>"
+
+
+def figure(value: float | None) -> str:
+    """Return a number with few digits; a dash for none."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def interval(difference: Difference) -> str:
+    """Return the interval of a difference; marked where it leaves out zero."""
+    if difference.low is None and difference.high is None:
+        return "-"
+    mark = " *" if difference.supported else ""
+    return f"{figure(difference.low)} to {figure(difference.high)}{mark}"
+
+
+def failures(summary: Summary) -> str:
+    """Return how many runs ended in no way of the planner's own."""
+    return ", ".join(f"{count} {status}" for status, count in summary.failures.items()) or "-"

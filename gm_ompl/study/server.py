@@ -1,0 +1,236 @@
+"""The server that runs are forked from: everything is imported and compiled before the first one.
+
+``python -m gm_ompl.study.server`` reads JSON lines. The first is ``{"planners": [...]}``, whose
+answer ``{"ready": true}`` comes once everything is warm. Each further one,
+``{"number": n, "task": {...}}``, starts a run in a process of its own, and is answered by
+``{"number": n, "outcome": {...}}`` when that ends. The server ends, and ends its runs, when its
+input ends. It starts no thread: forking is safe.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import resource
+import selectors
+import signal
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, final
+
+from gm_ompl.errors import GmOmplError
+from gm_ompl.study.run import carry_out, warm_up
+from gm_ompl.study.task import Limits, Task
+
+TICK = 0.05
+"""How often limits are looked at [s]."""
+
+GRACE_S, GRACE_SHARE = 5.0, 0.5
+"""A run is killed this long after its time limit, in seconds and in shares of the limit: a planner
+looks at its clock between steps, and control is made steady after the search."""
+
+MEMORY_GRACE = 1.25
+"""A run is killed beyond this share of its memory limit; the planner itself should stop before."""
+
+FOREIGN = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""Signals that no planner raises by itself: somebody else has ended the run."""
+
+MEBIBYTE = 1024.0 * 1024.0
+
+
+@dataclass
+class _Run:
+    """A run under way; ``verdict`` says why the server has killed it, if it has."""
+
+    number: int
+    pid: int
+    pipe: int
+    started: float
+    limits: Limits
+    verdict: str = ""
+    text: bytearray = field(default_factory=bytearray)
+
+
+@final
+class Server:
+    """Forks runs, watches them, and tells how they ended.
+
+    Args:
+        source: file descriptor of the requests.
+        sink: file descriptor of the answers.
+    """
+
+    def __init__(self, source: int, sink: int) -> None:
+        self._source, self._sink = source, sink
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(source, selectors.EVENT_READ)
+        self._runs: dict[int, _Run] = {}
+        self._pending = bytearray()
+
+    def serve(self) -> None:
+        """Serve until the input ends."""
+        try:
+            while True:
+                wait = TICK if self._runs else None
+                for ready, _ in self._selector.select(wait):
+                    if ready.fd == self._source:
+                        if not self._read_requests():
+                            return
+                    else:
+                        self._read_run(self._runs[ready.fd])
+                self._enforce()
+        finally:
+            for run in self._runs.values():
+                _kill(run.pid)
+
+    def _read_requests(self) -> bool:
+        """Answer the requests that have come; return whether more may come."""
+        text = os.read(self._source, 1 << 16)
+        self._pending += text
+        *lines, rest = self._pending.split(b"\n")
+        self._pending = bytearray(rest)
+        for line in lines:
+            self._answer(json.loads(line))
+        return bool(text)
+
+    def _answer(self, request: dict[str, Any]) -> None:
+        if "task" in request:
+            self._start(int(request["number"]), Task.from_dict(request["task"]))
+            return
+        warm_up(request["planners"])
+        self._tell({"ready": True})
+
+    def _start(self, number: int, task: Task) -> None:
+        reading, writing = os.pipe()
+        pid = os.fork()
+        if pid == 0:
+            _run_and_exit(task, writing)
+        os.close(writing)
+        run = _Run(number, pid, reading, time.monotonic(), task.limits)
+        self._runs[reading] = run
+        self._selector.register(reading, selectors.EVENT_READ)
+
+    def _read_run(self, run: _Run) -> None:
+        text = os.read(run.pipe, 1 << 16)
+        if text:
+            run.text += text
+            return
+        self._selector.unregister(run.pipe)
+        os.close(run.pipe)
+        del self._runs[run.pipe]
+        _, status, usage = os.wait4(run.pid, 0)
+        spent = {
+            "wall_s": time.monotonic() - run.started,
+            "cpu_s": usage.ru_utime + usage.ru_stime,
+            "peak_mb": usage.ru_maxrss / 1024.0,
+        }
+        self._tell({"number": run.number, "outcome": {**ending(run.text, run.verdict, status),
+                                                      **spent}})  # fmt: skip
+
+    def _enforce(self) -> None:
+        now = time.monotonic()
+        for run in self._runs.values():
+            if run.verdict:
+                continue
+            run.verdict = _excess(run, now)
+            if run.verdict:
+                _kill(run.pid)
+
+    def _tell(self, answer: dict[str, Any]) -> None:
+        left = memoryview(json.dumps(answer).encode() + b"\n")
+        while left:
+            left = left[os.write(self._sink, left) :]
+
+
+def ending(text: bytes | bytearray, verdict: str, status: int) -> dict[str, Any]:
+    """Return how a run ended.
+
+    Args:
+        text: what it told, JSON; empty or cut where it did not come to that.
+        verdict: why the server killed it, or empty.
+        status: of its process, as ``os.wait4`` gives it.
+    """
+    try:
+        told: dict[str, Any] = json.loads(text)
+    except ValueError:
+        told = {}
+    if told:
+        return told
+    if verdict:
+        return {"status": verdict, "message": f"killed: {verdict} limit passed by far"}
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        kind = "killed" if number in FOREIGN else "crash"
+        return {"status": kind, "message": signal.strsignal(number) or f"signal {number}"}
+    return {"status": "crash", "message": f"exit code {os.waitstatus_to_exitcode(status)}"}
+
+
+def hard_time_limit(limits: Limits) -> float:
+    """Return the wall time after which a run is killed [s]."""
+    if limits.time_s is None:
+        return math.inf
+    return limits.time_s * (1.0 + GRACE_SHARE) + GRACE_S
+
+
+def _excess(run: _Run, now: float) -> str:
+    """Return which limit a run has passed by far, or an empty string."""
+    if now - run.started > hard_time_limit(run.limits):
+        return "timeout"
+    limit = run.limits.memory_mb
+    if limit is not None and _resident_mb(run.pid) > MEMORY_GRACE * limit:
+        return "memory"
+    return ""
+
+
+def _resident_mb(pid: int) -> float:
+    """Return the resident memory of a process [MiB]; 0 where that cannot be known."""
+    try:
+        with open(f"/proc/{pid}/statm", "rb") as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / MEBIBYTE
+    except (OSError, IndexError):
+        return 0.0
+
+
+def _kill(pid: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGKILL)
+
+
+def _run_and_exit(task: Task, pipe: int) -> NoReturn:
+    """Carry the task out, tell the result through ``pipe``, and end this process."""
+    code = 1
+    try:
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for standard in (0, 1, 2):  # what a library prints must not get between the answers
+            os.dup2(nowhere, standard)
+        limit = hard_time_limit(task.limits)
+        if limit < math.inf:  # a second net, for a run that outlives the server
+            seconds = math.ceil(limit) + 1
+            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+        try:
+            told = carry_out(task)
+        except GmOmplError as error:
+            told = {"status": "refused", "message": str(error)}
+        except Exception as error:
+            told = {"status": "error", "message": f"{type(error).__name__}: {error}"}
+        with open(pipe, "wb") as stream:
+            stream.write(json.dumps(told).encode())
+        code = 0
+    finally:
+        os._exit(code)  # no clean-up of what belongs to the server
+
+
+def main() -> None:
+    """Serve on the standard streams."""
+    sink = os.dup(1)
+    os.dup2(2, 1)  # what libraries print while warming up
+    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
+        Server(0, sink).serve()
+
+
+if __name__ == "__main__":
+    main()
+    sys.exit(0)

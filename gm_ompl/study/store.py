@@ -1,0 +1,157 @@
+"""Finished runs on disk: each stored at once, found again by its key."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeAlias
+
+from gm_ompl.errors import InputError
+
+History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
+
+FOUND = ("solved", "interrupted")
+"""Statuses under which a run may have a plan."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One finished run.
+
+    Attributes:
+        key: see ``Task.key``.
+        scenario: its name.
+        scenario_key: a hash of the resolved scenario.
+        planner: its name.
+        parameters: the planner's.
+        seed: of the run.
+        time_limit: [s], or None.
+        memory_limit: [MiB], or None.
+        max_iterations: or None.
+        code: the version of the code that ran.
+        status: "solved", "infeasible", "budget" or "interrupted" as in plan files; "timeout" and
+            "memory" where the run was stopped from outside; "killed" where somebody else did
+            that again and again; "crash" and "error" where the planner failed; "refused" where
+            it cannot treat the scenario.
+        message: why, where there is something to say.
+        cost: of the plan, or None.
+        optimal: whether it is proven optimal.
+        lower_bound: no plan on the lattice is cheaper; None where nothing is known.
+        first_plan_s: time to the first plan [s], or None.
+        search_s: of the search [s], or None.
+        wall_s: of the whole run, its process included [s].
+        cpu_s: processor time of the whole run [s].
+        peak_mb: peak resident memory of the run's process [MiB], what is shared with the server
+            it was forked from included.
+        regrasps: in the plan, or None.
+        least_z: the smallest stability margin along the plan, or None.
+        mode_decisions: made by the search.
+        iterations: nodes expanded, or the planner's own iterations.
+        history: (time, cost of the best plan or None, lower bound or None), in time order.
+    """
+
+    key: str
+    scenario: str
+    scenario_key: str
+    planner: str
+    parameters: dict[str, Any]
+    seed: int
+    time_limit: float | None
+    memory_limit: float | None
+    max_iterations: int | None
+    code: str
+    status: str
+    message: str = ""
+    cost: float | None = None
+    optimal: bool = False
+    lower_bound: float | None = None
+    first_plan_s: float | None = None
+    search_s: float | None = None
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+    peak_mb: float = 0.0
+    regrasps: int | None = None
+    least_z: float | None = None
+    mode_decisions: int | None = None
+    iterations: int | None = None
+    history: History = ()
+
+    @property
+    def solved(self) -> bool:
+        """Whether the run found a plan."""
+        return self.cost is not None
+
+
+_COLUMNS = tuple(field.name for field in fields(Record))
+_JSON = ("parameters", "history")
+_CREATE = f"""CREATE TABLE IF NOT EXISTS runs
+({", ".join(f"{name} {'TEXT PRIMARY KEY' if name == 'key' else ''}" for name in _COLUMNS)})"""
+
+
+class Store:
+    """A file of finished runs (SQLite, written ahead, so that a kill loses nothing finished).
+
+    Args:
+        path: the file; it is made where it does not exist.
+
+    Raises:
+        InputError: it cannot be used.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
+            self._connection.execute("PRAGMA journal_mode=WAL")
+            self._connection.execute(_CREATE)
+            have = tuple(row[1] for row in self._connection.execute("PRAGMA table_info(runs)"))
+        except sqlite3.Error as error:
+            raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
+        if have != _COLUMNS:
+            raise InputError(f"{path}: holds runs of another version; name another folder")
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._connection.close()
+
+    def add(self, record: Record) -> None:
+        """Store a run; one that is there already stays as it is."""
+        values = [
+            json.dumps(getattr(record, name)) if name in _JSON else getattr(record, name)
+            for name in _COLUMNS
+        ]
+        marks = ",".join("?" * len(_COLUMNS))
+        self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
+
+    def get(self, keys: Iterable[str]) -> dict[str, Record]:
+        """Return the stored ones of the runs with these keys."""
+        found = {}
+        for key in keys:
+            row = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,)).fetchone()
+            if row is not None:
+                found[key] = _record(row)
+        return found
+
+    def all(self) -> tuple[Record, ...]:
+        """Return every stored run, in the order in which they finished."""
+        rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid")
+        return tuple(_record(row) for row in rows)
+
+
+def _record(row: tuple[Any, ...]) -> Record:
+    values = dict(zip(_COLUMNS, row, strict=True))
+    values["parameters"] = json.loads(values["parameters"])
+    values["history"] = tuple(tuple(entry) for entry in json.loads(values["history"]))
+    values["optimal"] = bool(values["optimal"])
+    return Record(**values)

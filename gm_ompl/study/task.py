@@ -1,0 +1,99 @@
+"""One run of a comparison: what is planned, by what, and the key under which it is stored."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import gm_ompl
+
+Json: TypeAlias = dict[str, Any]
+
+RECORDED = 1
+"""Raised where what a run records changes its meaning: stored runs are then made anew."""
+
+WITHOUT_INFLUENCE = ("app", "study")
+"""Packages whose sources do not change what a run finds."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one run may spend; None is no limit.
+
+    Attributes:
+        time_s: wall time of the search [s].
+        memory_mb: resident memory of the run's process [MiB].
+        max_iterations: the planner's own iterations.
+    """
+
+    time_s: float | None = None
+    memory_mb: float | None = None
+    max_iterations: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """One run.
+
+    Attributes:
+        scenario: as resolved.
+        planner: its name.
+        parameters: the value of every parameter of the planner.
+        seed: of the run.
+        limits: what it may spend.
+    """
+
+    scenario: Json
+    planner: str
+    parameters: Json
+    seed: int
+    limits: Limits
+
+    @property
+    def scenario_name(self) -> str:
+        """The scenario's name."""
+        return str(self.scenario["name"])
+
+    @property
+    def scenario_key(self) -> str:
+        """A hash of the resolved scenario."""
+        return _hash(self.scenario)
+
+    def key(self, code: str | None = None) -> str:
+        """Return a hash of everything that decides what the run finds.
+
+        Args:
+            code: the code's version; that of the installed code where None.
+        """
+        return _hash({**self.to_dict(), "code": code or code_version(), "recorded": RECORDED})
+
+    def to_dict(self) -> Json:
+        """Return the task as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, tree: Mapping[str, Any]) -> Task:
+        """Return the task that ``to_dict`` wrote."""
+        return cls(**{**tree, "limits": Limits(**tree["limits"])})
+
+
+def _hash(tree: Any) -> str:
+    text = json.dumps(tree, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@cache
+def code_version() -> str:
+    """Return the package's version and a hash of the sources that plan."""
+    digest = hashlib.sha256()
+    package = Path(__file__).resolve().parents[1]
+    for source in sorted(package.rglob("*.py")):
+        place = source.relative_to(package)
+        if place.parts[0] not in WITHOUT_INFLUENCE:
+            digest.update(f"{place.as_posix()}\0".encode() + source.read_bytes())
+    return f"{gm_ompl.__version__}+{digest.hexdigest()[:12]}"
