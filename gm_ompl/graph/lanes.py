@@ -45,7 +45,10 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
         ).reshape(N, P)
         for way in (1.0, -1.0)
     ]
-    ahead = _ahead(lengths.sum(axis=3), free, goal)
+    travel = lengths.sum(axis=3)
+    # Each arc by whatever placement is shortest there: a plan that regrasps again may change.
+    shortest = np.where(free, travel, np.inf).min(axis=1, keepdims=True, initial=np.inf)
+    least = _ahead(shortest, np.isfinite(shortest), goal)[:, 0].max(axis=0)
     tables = LaneTables(
         forward=states[0],
         backward=states[1],
@@ -54,8 +57,8 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
         node_free=node_free,
         goal=goal,
         wanted=np.array([-1 if g is None else g for g in problem.fingers.goal], dtype=np.int64),
-        ahead=ahead,
-        least=ahead.min(axis=1).max(axis=0),
+        ahead=_ahead(travel, free, goal),
+        least=least,
         z_min=problem.mechanics.z_min / backend.scale,
         X_stab=problem.cost.stability / backend.scale,
         X_regr=float(problem.cost.regrasp),

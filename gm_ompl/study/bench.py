@@ -84,7 +84,7 @@ def bench(
         highs = [t for parts in pool.times.values() for t in parts[-1].highs]
         plan = solved(problem, effort.repeat, effort.search_limit)
         plans.append(_plan_row(name, plan, found["dijkstra"], _mean(highs)))
-        plans[-1]["batch_gain"] = batch_gain(found["astar"], effort.decisions, effort.repeat)
+        plans[-1]["batch_gain"] = batch_gain(found["dijkstra"], effort.decisions, effort.repeat)
         plans[-1]["profile"] = profiled(problem, effort.search_limit)
         plans[-1]["peak_mb"] = measure(name, overrides=overrides, repeat=False).megabytes
     note("start-up")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ModeDecision
-from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph import lane_graph
 from gm_ompl.graph.goals import GoalNodes, start_node
@@ -183,3 +183,24 @@ def test_given_places_are_kept() -> None:
     assert start_node(swapped) == 0
     assert GoalNodes(swapped).nodes == (problem.lattice.size - 1,)
     same(solve(swapped), solve(swapped, "dijkstra"))
+
+
+@pytest.mark.parametrize(("family", "seed"), [("slide", 0), ("push", 1), ("push", 2)])
+def test_every_placement_is_blocked_somewhere(
+    family: str, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plan that must regrasp twice, as each placement is free on a part of the way, is found."""
+    problem = load(
+        f"random/{family}/{seed}", [*COARSE, "lattice.segments=7", "mechanics.z_min=1e-9"]
+    ).problem
+    part = np.arange(len(problem.fingers.placements)) % 3
+    first, last = np.array([0.0, 0.28, 0.57])[part], np.array([0.5, 0.72, 1.0])[part]
+    geometry = Judge._geometry
+
+    def windowed(self: Judge, q: tuple[float, ...]) -> NodeGeometry:
+        node = geometry(self, q)
+        inside = (first <= q[0]) & (q[0] <= last)
+        return NodeGeometry(node.object_free, tuple(mask & inside for mask in node.free))
+
+    monkeypatch.setattr(Judge, "_geometry", windowed)
+    same(solve(problem), solve(problem, "dijkstra"))

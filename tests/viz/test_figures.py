@@ -96,7 +96,8 @@ def test_normal_forces_against_another_solver(story: Story) -> None:
         normal = np.hstack([np.zeros((len(hand), model.C_env.shape[1])), model.normal_parts])
         force = [k for k, i in enumerate(hand) if beat.modes[i] == "F"]
         exact = np.vstack([wrenches, normal[force]])
-        right = [*-model.Q_known, *(beat.f_com[hand[k]] / model.scale for k in force)]
+        commanded = [beat.f_com[hand[k]] or 0.0 for k in force]
+        right = [*-model.Q_known, *(f / model.scale for f in commanded)]
         found = normal_forces.normal_force_ranges(story, beat)
         for k, i in enumerate(hand):
             ends = [

@@ -1,0 +1,69 @@
+"""Compilation: announced, kept, and not done twice."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gm_ompl import compilation
+
+
+def test_the_first_compilation_is_announced_once(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Without machine code of an earlier run one line says that it takes a while."""
+    monkeypatch.setattr(compilation, "_announced", False)
+    monkeypatch.setattr(compilation, "is_compiled", lambda: False)
+    caplog.set_level(logging.INFO, "gm_ompl")
+    double = compilation.compiled(_double)
+    assert not caplog.records
+    assert double(2) == 4
+    assert double(2.0) == 4.0
+    assert [record.name for record in caplog.records] == ["gm_ompl.compilation"]
+    assert caplog.records[0].levelno == logging.INFO
+
+
+def test_nothing_is_announced_when_machine_code_is_there(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A later run is silent."""
+    monkeypatch.setattr(compilation, "_announced", False)
+    monkeypatch.setattr(compilation, "is_compiled", lambda: True)
+    caplog.set_level(logging.INFO, "gm_ompl")
+    assert compilation.compiled(_double)(3) == 6
+    assert not caplog.records
+
+
+def test_a_constant_in_a_call_compiles_nothing_anew() -> None:
+    """A function that is called with constants and with variables is compiled once."""
+    inner: Any = compilation.compiled(_plus)
+
+    def outer(x: int) -> int:
+        return int(inner(x, 1) + inner(x, 2) + inner(x, x))
+
+    assert compilation.compiled(outer)(5) == 6 + 7 + 10
+    assert len(inner.signatures) == 1
+
+
+def test_without_a_writable_folder_there_is_no_cache(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Where the cache folder cannot be made, none is used."""
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    assert compilation._cache_folder() is None
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = compilation._cache_folder()
+    assert folder is not None and folder.is_dir()
+
+
+def _plus(x: int, y: int) -> int:
+    return x + y
+
+
+def _double(x: float) -> float:
+    return 2 * x
