@@ -23,18 +23,22 @@ PER_STATE = 128
 
 
 @compiled
-def tip_terms(tips: Array, f_max: Array, y: Array, terms: Array) -> None:
-    """Write T_i(g) for all fingers and placements (n, P)."""
-    n, P, s = tips.shape[0], tips.shape[1], tips.shape[2]
+def tip_terms(columns: Array, f_max: Array, y: Array, terms: Array) -> None:
+    """Write T_i(g) (n, P) for all fingers and placements, from columns (n, s, 6, P)."""
+    n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
+    dots = np.empty(P)
     for i in range(n):
+        terms[i, :] = 0.0
+        for k in range(s):
+            dots[:] = 0.0
+            # Innermost over placements, which lie side by side in memory.
+            for t in range(6):
+                for g in range(P):
+                    dots[g] += columns[i, k, t, g] * y[t]
+            for g in range(P):
+                terms[i, g] = max(terms[i, g], dots[g])
         for g in range(P):
-            best = 0.0
-            for k in range(s):
-                dot = 0.0
-                for t in range(6):
-                    dot += tips[i, g, k, t] * y[t]
-                best = max(best, dot)
-            terms[i, g] = f_max[i] * best
+            terms[i, g] *= f_max[i]
 
 
 class CutTables(NamedTuple):
@@ -81,7 +85,8 @@ class CutPool:
     """
 
     def __init__(self, tips: Array, f_max: Array, directions: Array) -> None:
-        self._tips, self._f_max, self._directions = tips, f_max, directions
+        self._shape, self._f_max, self._directions = tips.shape[:2], f_max, directions
+        self._columns = np.ascontiguousarray(tips.transpose(0, 2, 3, 1))
         self.clear()
 
     def clear(self) -> None:
@@ -90,7 +95,7 @@ class CutPool:
             np.zeros((16, PER_STATE), dtype=np.int64),
             np.zeros(16, dtype=np.int64),
             np.empty(64),
-            np.empty((64, *self._tips.shape[:2])),
+            np.empty((64, *self._shape)),
         )
         self._added: dict[int, int] = {}
         self._used = 0
@@ -120,7 +125,7 @@ class CutPool:
         tables.members[state, place] = slot
         tables.counts[state] = min(added + 1, PER_STATE)
         tables.constants[slot] = float(q @ y) / reach
-        tip_terms(self._tips, self._f_max, y / reach, tables.terms[slot])
+        tip_terms(self._columns, self._f_max, y / reach, tables.terms[slot])
         self._added[state] = added + 1
         self.version += 1
 

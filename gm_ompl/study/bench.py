@@ -72,6 +72,8 @@ def bench(
         note: told what is being measured.
     """
     effort = effort or Effort()
+    note("start-up")
+    help_s, first_plan_s = startup(scenarios[0], overrides, effort.repeat)
     pool, decisions, plans = _Pool(), [], []
     for name in scenarios:
         note(f"{name}: decisions and plans")
@@ -87,8 +89,6 @@ def bench(
         plans[-1]["batch_gain"] = batch_gain(found["dijkstra"], effort.decisions, effort.repeat)
         plans[-1]["profile"] = profiled(problem, effort.search_limit)
         plans[-1]["peak_mb"] = measure(name, overrides=overrides, repeat=False).megabytes
-    note("start-up")
-    help_s, first_plan_s = startup(scenarios[0], effort.repeat)
     return {
         "machine": _machine(),
         "decisions": [*decisions, *(pool.row(search) for search in SEARCHES)],

@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from gm_ompl.app.benching import lines
+from gm_ompl.app.benching import BenchRequest, bench_command, lines
+from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
 from gm_ompl.study.bench import Effort, bench
 from gm_ompl.study.bench_decisions import searched, spread, timed
@@ -73,3 +74,13 @@ def test_a_problem_without_valid_nodes_counts_nothing() -> None:
     problem = load("paper/slide", ["fingers.placements.faces=[-z]"]).problem
     assert decisions_per_node(problem) == 0.0
     assert np.isfinite(decisions_per_node(problem))
+
+
+@pytest.mark.parametrize(
+    ("repeat", "highs", "limit", "named"),
+    [(0, 1, 1.0, "--repeat"), (1, 0, 1.0, "--highs"), (1, 1, 0.0, "--search-limit")],
+)
+def test_senseless_efforts_are_bad_input(repeat: int, highs: int, limit: float, named: str) -> None:
+    """The message names the option."""
+    with pytest.raises(InputError, match=named):
+        bench_command(BenchRequest((), repeat, highs, limit, (), as_json=True))
