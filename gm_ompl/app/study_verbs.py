@@ -1,0 +1,92 @@
+"""The verbs that measure planners and the project: compare, bench.
+
+What a verb needs is imported inside it, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gm_ompl.app.exits import Exit, guarded
+from gm_ompl.app.options import AsJson
+
+
+@guarded
+def compare(
+    scenarios: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO...", help="Shipped names, or files.")
+    ],
+    planners: Annotated[
+        str, typer.Option(metavar="A,B,...", help="Planners; the others are set against the first.")
+    ],
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Runs per scenario and randomised planner.")
+    ] = 20,
+    time_limit: Annotated[float, typer.Option(metavar="S", help="Of each run, in seconds.")] = 5.0,
+    memory_limit: Annotated[
+        float | None, typer.Option(metavar="MB", help="Of each run's process.")
+    ] = None,
+    max_iterations: Annotated[int | None, typer.Option(metavar="M", help="Of each run.")] = None,
+    executor: Annotated[
+        str, typer.Option(metavar="WHERE", help="Where runs are made: local.")
+    ] = "local",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of runs and reports.")
+    ] = Path("comparison"),
+) -> Exit:
+    """Compare planners on scenarios; a second call goes on where the first was stopped.
+
+    Every run has a process of its own. Writes runs.sqlite, report.html, and OMPL's benchmark logs
+    and database. Exit codes: 0 done, 2 bad input, 130 interrupted.
+    """
+    from gm_ompl.app.comparing import CompareRequest, compare_command
+
+    request = CompareRequest(
+        scenarios=tuple(scenarios),
+        planners=planners,
+        seeds=seeds,
+        time_limit=time_limit,
+        memory_limit=memory_limit,
+        max_iterations=max_iterations,
+        executor=executor,
+        output=output,
+    )
+    return compare_command(request)
+
+
+@guarded
+def bench(
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SCENARIO", help="Measure this one; may be repeated."),
+    ] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Repetitions of what is short.")] = 5,
+    highs: Annotated[
+        int, typer.Option(metavar="N", help="Decisions per search that HiGHS makes, too.")
+    ] = 12,
+    search_limit: Annotated[
+        float, typer.Option(metavar="S", help="Wall time of each search measured.")
+    ] = 10.0,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Replace a value of every scenario; may be repeated."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> Exit:
+    """Measure the project's own speed, as ratios in one run (about two minutes)."""
+    from gm_ompl.app.benching import BenchRequest, bench_command
+
+    request = BenchRequest(
+        scenarios=tuple(scenario or ()),
+        repeat=repeat,
+        highs=highs,
+        search_limit=search_limit,
+        overrides=tuple(overrides or ()),
+        as_json=as_json,
+    )
+    return bench_command(request)
