@@ -30,6 +30,15 @@ _STATUS = {
 _EMPTY = np.zeros(0)
 
 
+class _Silent(highspy.Highs):  # type: ignore[misc]  # it has no types
+    """HiGHS that prints nothing: 1.16 writes a banner to stdout while it is being made."""
+
+    def enableCallbacks(self) -> None:
+        """Do what the constructor asks for, but silently."""
+        self.setOptionValue("output_flag", False)
+        super().enableCallbacks()
+
+
 class Solver:
     """One program held in HiGHS, solved for as many right-hand sides as asked.
 
@@ -38,7 +47,7 @@ class Solver:
 
     def __init__(self, program: LinearProgram) -> None:
         self._program = program
-        self._highs = highspy.Highs()
+        self._highs = _Silent()
         for name, value in _OPTIONS.items():
             self._highs.setOptionValue(name, value)
         # Presolve would discard the warm start, and hides rays behind its own reductions.

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -104,3 +107,17 @@ def test_warm_starts_do_not_change_answers() -> None:
         cold = highs.solve(warm.program)
         assert warm.status is cold.status
         np.testing.assert_allclose(warm.objective, cold.objective, rtol=1e-9, atol=1e-9)
+
+
+def test_the_solver_prints_nothing() -> None:
+    """Not even on the file descriptor: `check --json` prints one object and nothing else."""
+    program = (
+        "import numpy as np; from scipy import sparse\n"
+        "from gm_ompl.reference import highs\n"
+        "from gm_ompl.reference.program import LinearProgram\n"
+        "one = np.ones(1)\n"
+        "lp = LinearProgram(one, sparse.csc_array([[1.0]]), one, one, 0 * one, one)\n"
+        "print(highs.solve(lp).x)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    assert done.stdout.split() == [b"[1.]"]
