@@ -19,6 +19,9 @@ MAX_BYTES = 50 * 1024 * 1024
 MAX_FACES = 20_000
 """A mesh with more triangles is refused: plan files carry every one of them."""
 
+FARTHEST = 1e15
+"""No coordinate lies farther out: volumes and moments must stay finite."""
+
 
 def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
     """Return the closed mesh in a file, its coordinates times ``scale``.
@@ -30,7 +33,13 @@ def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
     """
     _check_file(path)
     vertices, faces = _triangles(path)
-    return checked(vertices * scale, faces)
+    vertices = vertices * scale
+    if not (np.abs(vertices) <= FARTHEST).all():
+        raise GeometryError(
+            f"{path}: a coordinate is no number, or beyond {FARTHEST:g} in the scenario's units "
+            "(scale counted in)"
+        )
+    return checked(vertices, faces)
 
 
 def _check_file(path: Path) -> None:
@@ -54,6 +63,11 @@ def _triangles(path: Path) -> tuple[Array, IntArray]:
 
     try:
         mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), process=True)
+    except ImportError:  # what is no text, trimesh would guess the encoding of
+        kind = path.suffix[1:].upper()
+        raise GeometryError(
+            f"{path}: is no {kind} mesh that can be read: neither its binary nor its text form"
+        ) from None
     except Exception as error:  # trimesh raises whatever its parsers raise
         reason = " ".join(str(error).split()) or type(error).__name__
         kind = path.suffix[1:].upper()

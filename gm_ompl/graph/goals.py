@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import final
 
@@ -12,6 +11,7 @@ from gm_ompl.arrays import BoolArray
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.sets import ordered_sets
+from gm_ompl.graph.watch import Stop, never, watched
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.problem import Goal, Placements, Problem
 
@@ -52,13 +52,12 @@ class GoalNodes:
         inside = [_inside(lattice, problem.goal, d) for d in range(len(lattice.axes))]
         if not all(inside):
             raise InputError(
-                f"goal {_named(problem, problem.goal.low)} holds no node of the lattice "
+                f"goal {_region(problem)} holds no node of the lattice "
                 f"({_steps(problem)}); move the goal or change the lattice's steps, or use a "
                 "planner that needs no lattice"
             )
-        self.nodes = tuple(
-            int(np.ravel_multi_index(index, lattice.shape)) for index in itertools.product(*inside)
-        )
+        numbers = np.ravel_multi_index(np.ix_(*inside), lattice.shape)
+        self.nodes: tuple[int, ...] = tuple(numbers.ravel().tolist())
         self._members = frozenset(self.nodes)
 
     def contains(self, config: int, placements: Placements) -> bool:
@@ -68,9 +67,13 @@ class GoalNodes:
             for have, want in zip(placements, self._required, strict=True)
         )
 
-    def reachable(self, problem: Problem, judge: Judge) -> tuple[int, ...]:
-        """Return the goal's nodes at which some set of placements is geometrically valid."""
-        return tuple(node for node in self.nodes if _has_set(problem, judge, node))
+    def reachable(self, problem: Problem, judge: Judge, stop: Stop = never) -> tuple[int, ...]:
+        """Return the goal's nodes at which some set of placements is geometrically valid.
+
+        Raises:
+            Stopped: ``stop`` said so.
+        """
+        return tuple(n for n in watched(self.nodes, stop) if _has_set(problem, judge, n))
 
 
 def _has_set(problem: Problem, judge: Judge, config: int) -> bool:
@@ -108,9 +111,19 @@ def _inside(lattice: Lattice, goal: Goal, d: int) -> list[int]:
     ]
 
 
-def _named(problem: Problem, values: tuple[float | None, ...] | Coordinates) -> str:
+def _region(problem: Problem) -> str:
+    goal, parts = problem.goal, []
+    for name, low, high in zip(problem.motion.names, goal.low, goal.high, strict=True):
+        if low is None or high is None:
+            parts.append(f"{name} = any")
+        else:
+            parts.append(f"{name} = {low:g}" + ("" if low == high else f" to {high:g}"))
+    return "(" + ", ".join(parts) + ")"
+
+
+def _named(problem: Problem, values: Coordinates) -> str:
     pairs = zip(problem.motion.names, values, strict=True)
-    return "(" + ", ".join(f"{n} = {'any' if v is None else f'{v:g}'}" for n, v in pairs) + ")"
+    return "(" + ", ".join(f"{n} = {v:g}" for n, v in pairs) + ")"
 
 
 def _steps(problem: Problem) -> str:

@@ -16,6 +16,7 @@ from gm_ompl.graph.lane import BLOCKED, Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
 from gm_ompl.graph.lanes import lane_tables
 from gm_ompl.graph.sets import LIFTED, PlacementSets, placement_sets
+from gm_ompl.graph.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -36,15 +37,20 @@ class LaneGraph:
         tables: what all lanes share.
         sets: canonical sets of placements.
         bounds: of all hubs, once a sweep was made.
+
+    Raises:
+        Stopped: ``stop`` said so while the tables were made.
     """
 
-    def __init__(self, problem: Problem, judge: Judge, backend: KernelBackend) -> None:
+    def __init__(
+        self, problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop = never
+    ) -> None:
         self._problem, self._judge, self._backend = problem, judge, backend
         self._fingers = tuple(range(problem.fingers.count))
         self._lanes: dict[Placements, Lane] = {}
         self._hubs: dict[Placements, Hub] = {}
         self._lanes_of: dict[Placements, list[Lane]] = {}
-        self.tables = lane_tables(problem, judge, backend)
+        self.tables = lane_tables(problem, judge, backend, stop)
         self.sets = PlacementSets(problem.fingers.groups())
         self.bounds: HubBounds | None = None
         self._all_sets: IntArray | None = None

@@ -17,20 +17,25 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.cost import chords
 from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.lane_bounds import LaneTables
+from gm_ompl.graph.watch import Stop, watched
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Problem
 
 
-def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneTables:
-    """Return what all lanes of a problem of one coordinate share, geometry tested throughout."""
+def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop) -> LaneTables:
+    """Return what all lanes of a problem of one coordinate share, geometry tested throughout.
+
+    Raises:
+        Stopped: ``stop`` said so.
+    """
     lattice, P = problem.lattice, problem.cost.samples_per_arc
     nodes = [lattice.coordinates(c) for c in range(lattice.size)]
     N = len(nodes) - 1
     arcs = list(itertools.pairwise(nodes))
     fractions = [(j + 0.5) / P for j in range(P)]
     middles = [[(a[0] + f * (b[0] - a[0]),) for f in fractions] for a, b in arcs]
-    node_free = _free(judge, [[q] for q in nodes])
-    free = _free(judge, middles) & node_free[:, :, :-1] & node_free[:, :, 1:]
+    node_free = _free(judge, [[q] for q in nodes], stop)
+    free = _free(judge, middles, stop) & node_free[:, :, :-1] & node_free[:, :, 1:]
     lengths = _lengths(problem, judge)
     goals = GoalNodes(problem)
     goal = np.zeros(N + 1, dtype=bool)
@@ -39,7 +44,7 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
         np.array(
             [
                 [judge.environment(q, (way * (b[0] - a[0]),)) for q in row]
-                for row, (a, b) in zip(middles, arcs, strict=True)
+                for row, (a, b) in watched(zip(middles, arcs, strict=True), stop)
             ],
             dtype=np.int64,
         ).reshape(N, P)
@@ -67,10 +72,10 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend) -> LaneT
     return tables
 
 
-def _free(judge: Judge, places: Sequence[Sequence[Coordinates]]) -> BoolArray:
+def _free(judge: Judge, places: Sequence[Sequence[Coordinates]], stop: Stop) -> BoolArray:
     """Return (n, placements, len(places)): free at all coordinates of each place."""
     columns = []
-    for place in places:
+    for place in watched(places, stop):
         at = [judge.node(q) for q in place]
         columns.append(np.stack([np.stack(node.free) for node in at]).all(axis=0))
     if not columns:

@@ -10,6 +10,7 @@ from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import NoHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import LIFTED
+from gm_ompl.graph.watch import Stopped
 from gm_ompl.moves import Move
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -40,10 +41,12 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     start, backend = start_node(problem), judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
-        graph = LaneGraph(problem, judge, backend)
+        graph = LaneGraph(problem, judge, backend, meter.spent)
         source = start_sets(problem, judge, graph, start)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
+    except Stopped:
+        return without_search(Status.BUDGET, 0.0, meter)
 
     observe, trace = observer(meter, judge, report), tracer(report)
     search = LaneSearch(graph, source, start, meter, observe, trace)

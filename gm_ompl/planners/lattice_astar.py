@@ -14,6 +14,7 @@ from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
+from gm_ompl.graph.watch import Stopped
 from gm_ompl.planners.astar import BestFirstSearch
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
 from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
@@ -46,13 +47,15 @@ def solve_on_lattice(
     start_node(problem)
     goals = GoalNodes(problem)
     try:
-        valid = goals.reachable(problem, judge)
+        valid = goals.reachable(problem, judge, meter.spent)
         if not valid:
             # No set of placements fits the goal: nothing to search.
             return without_search(Status.INFEASIBLE, math.inf, meter)
         graph = FeasibilityGraph(problem, judge, goals, heuristic(problem, judge, valid))
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
+    except Stopped:
+        return without_search(Status.BUDGET, 0.0, meter)
 
     found = BestFirstSearch(graph, meter, observer(meter, judge, report)).run()
     moves = extract_moves(problem, graph, found.path) if found.path else ()

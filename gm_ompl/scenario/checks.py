@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
@@ -17,14 +18,47 @@ from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
 from gm_ompl.scenario.shape_model import BoxModel
 
+MOST = 1e15
+"""No number is larger: products of a few, as in an inertia, must stay finite."""
+
+LEAST = 1e-15
+"""Nor is one that must be positive smaller, for the same reason."""
+
+THINNEST = 1e-5
+"""The shortest side of a box, of its longest: a contact is a gap of 1e-7 of its diagonal."""
+
+MOST_FRICTION = 1e4
+"""The flattest cone: its edges are within 0.01 deg of the surface."""
+
+MOST_WEIGHTS = 1e5
+"""The strongest finger, in weights of the object: beyond, the tolerances of the mechanics, which
+count in weights, no longer tell its forces from nothing."""
+
 BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 def findings(model: ScenarioModel, valid: set[str]) -> Iterator[Finding]:
     """Yield every mistake; only sections named in ``valid`` are read."""
+    for section in sorted(valid):
+        yield from _magnitudes((section,), getattr(model, section))
     for needs, check in CHECKS:
         if needs <= valid:
             yield from check(model)
+
+
+def _magnitudes(path: Path, part: object) -> Iterator[Finding]:
+    """Yield the numbers whose products would overflow."""
+    if isinstance(part, float) and abs(part) > MOST:
+        yield path, part, f"must be from {-MOST:g} to {MOST:g}; use other units"
+    elif isinstance(part, BaseModel):
+        for key in type(part).model_fields:
+            yield from _magnitudes((*path, key), getattr(part, key))
+    elif isinstance(part, dict):
+        for key, value in part.items():
+            yield from _magnitudes((*path, key), value)
+    elif isinstance(part, tuple):
+        for i, value in enumerate(part):
+            yield from _magnitudes((*path, i), value)
 
 
 SHAPES = ("box", "hull", "mesh", "pieces")
@@ -49,6 +83,11 @@ def _box(path: Path, box: BoxModel | None) -> Iterator[Finding]:
 def _object(model: ScenarioModel) -> Iterator[Finding]:
     shape = model.object.shape
     yield from _shape(("object", "shape"), shape)
+    longest = max(shape.box or (0.0,))
+    for i, side in enumerate(shape.box or ()):
+        if longest <= MOST and side < max(LEAST, THINNEST * longest):
+            least = f"must be >= {LEAST:g} and at least {THINNEST:g} of the longest side"
+            yield ("object", "shape", "box", i), side, least
     centre, inertia = model.object.centre_of_mass, model.object.inertia
     if (centre is None) != (inertia is None):
         missing = "inertia" if inertia is None else "centre_of_mass"
@@ -143,7 +182,34 @@ def _box_faces(model: ScenarioModel) -> Iterator[Finding]:
             yield path, face, f"a box has the faces {', '.join(BOX_FACES)}{hint}"
 
 
+def _strength(model: ScenarioModel) -> Iterator[Finding]:
+    """Compare the fingers with the object's weight."""
+    mass, limit = model.object.mass, model.fingers.max_normal_force
+    if mass < LEAST:
+        yield ("object", "mass"), mass, f"must be >= {LEAST:g}; use other units"
+        return
+    weight = mass * model.gravity
+    limits = limit if isinstance(limit, tuple) else (limit,)
+    for i, value in enumerate(limits):
+        path: Path = ("fingers", "max_normal_force", *((i,) if limits is limit else ()))
+        if value < LEAST:
+            yield path, value, f"must be >= {LEAST:g}; use other units"
+        elif model.gravity > 0 and MOST_WEIGHTS * weight < value <= MOST:
+            yield (
+                path,
+                value,
+                f"more than {MOST_WEIGHTS:g} times the object's weight, {weight:.6g}; too much for "
+                "the mechanics' tolerances: lower it, or leave gravity out (gravity: 0)",
+            )
+
+
 def _friction(model: ScenarioModel) -> Iterator[Finding]:
+    for key in ("environment", "finger"):
+        given = getattr(model.friction, key)
+        for i, value in enumerate(given if isinstance(given, tuple) else (given,)):
+            if MOST_FRICTION < value <= MOST:
+                path: Path = ("friction", key, *((i,) if isinstance(given, tuple) else ()))
+                yield path, value, f"must be <= {MOST_FRICTION:g}"
     yield from _per_finger(("friction", "finger"), model.friction.finger, model.fingers.count)
 
 
@@ -170,6 +236,7 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"fingers"}, _fingers),
     ({"object", "fingers"}, _box_faces),
     ({"friction", "fingers"}, _friction),
+    ({"object", "fingers", "gravity"}, _strength),
     ({"environment"}, _environment),
     ({"motion"}, motion_findings),
     ({"motion", "lattice"}, lattice_findings),

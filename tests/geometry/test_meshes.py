@@ -221,3 +221,18 @@ def test_faces_tile_the_surface() -> None:
         want = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).area
         assert sum(face.area for face in planar_faces(mesh)) == pytest.approx(want, rel=1e-9)
         assert face_areas(solid(mesh)).sum() == pytest.approx(want, rel=1e-9)
+
+
+def test_a_file_that_is_no_mesh_and_one_without_end(tmp_path: Path) -> None:
+    """Random bytes are no STL, whatever decoder is missing; huge coordinates are refused."""
+    garbage = tmp_path / "part.stl"
+    garbage.write_bytes(bytes(range(128, 256)) * 4)
+    with pytest.raises(GeometryError, match=r"part\.stl: is no STL mesh that can be read"):
+        read_mesh(garbage)
+    far = tmp_path / "far.obj"
+    corners = "v 0 0 0\nv 1e5 0 0\nv 0 1e5 0\nv 0 0 1e5\n"
+    far.write_text(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    with pytest.raises(
+        GeometryError, match=r"far\.obj: a coordinate is no number, or beyond 1e\+15"
+    ):
+        read_mesh(far, scale=1e12)

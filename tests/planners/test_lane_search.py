@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph import lane_graph
@@ -204,3 +205,14 @@ def test_every_placement_is_blocked_somewhere(
 
     monkeypatch.setattr(Judge, "_geometry", windowed)
     same(solve(problem), solve(problem, "dijkstra"))
+
+
+def test_the_budget_is_heard_while_tables_are_made() -> None:
+    """A path of 3,000 arcs, told to stop after ten poses: no further pose is looked at."""
+    problem = load("paper/slide", ["lattice.segments=3000"]).problem
+    judge = Judge(problem, make_backend(problem))
+    budget = Budget(stop=lambda: judge.configurations >= 10)
+    found = make_planner("astar").solve(problem, judge, budget, np.random.default_rng(0))
+    assert found.status is Status.BUDGET
+    assert judge.configurations == 10
+    assert found.lower_bound == 0.0

@@ -136,6 +136,24 @@ def test_a_start_off_the_planar_lattice_is_bad_input() -> None:
         search(load("planar/turn", [*COARSE, *shifted]).problem)
 
 
+def test_the_budget_is_heard_while_goals_are_looked_at() -> None:
+    """A goal region of 160,000 nodes, told to stop after ten poses: no further is looked at."""
+    fine = ["lattice.steps={x: 0.005, y: 0.005, yaw: 15 deg}"]
+    problem = load("planar/turn", fine).problem
+    judge = Judge(problem, make_backend(problem))
+    budget = Budget(stop=lambda: judge.configurations >= 10)
+    found = make_planner("astar").solve(problem, judge, budget, np.random.default_rng(0))
+    assert found.status is Status.BUDGET
+    assert judge.configurations == 10
+
+
+def test_a_goal_between_the_nodes_is_named() -> None:
+    """The message has the region's both ends."""
+    goal = "motion.goal={x: [1.1, 1.2], y: [0.1, 0.2], yaw: any}"
+    with pytest.raises(InputError, match=r"goal \(x = 1\.1 to 1\.2, y = 0\.1 to 0\.2, yaw = any"):
+        search(load("planar/turn", [*COARSE, goal]).problem)
+
+
 def test_yaw_wraps() -> None:
     """From 150 to -150 degrees the way leads over 180: two steps of 30, not ten."""
     overrides = [

@@ -57,6 +57,13 @@ PATH_CASES = [
     Bad("{box: {min", "{bx: {min", 16, "environment.obstacles.wall.bx", "'box'"),
     # Ranges.
     Bad("mass: 1", "mass: -1", 5, "object.mass", "> 0"),
+    Bad("mass: 1", "mass: 1e16", 5, "object.mass", "from -1e+15 to 1e+15"),
+    Bad("mass: 1", "mass: 1e-16", 5, "object.mass", ">= 1e-15"),
+    Bad("[5, 5, 10]", "[5, 1e16, 10]", 4, "object.shape.box.1", "from -1e+15 to 1e+15"),
+    Bad("[5, 5, 10]", "[5, 1e-5, 10]", 4, "object.shape.box.1", "1e-05 of the longest side"),
+    Bad("environment: 0.5", "environment: 1e5", 6, "friction.environment", "<= 10000"),
+    Bad("max_normal_force: 10", "max_normal_force: 1e6", 11, "fingers.max_normal_force",
+        "weight, 9.8"),
     Bad("[5, 5, 10]", "[5, 0, 10]", 4, "object.shape.box.1", "> 0"),
     Bad("[5, 5, 10]", "[5, 5]", 4, "object.shape.box", "at least 3 entries"),
     Bad("[5, 5, 10]", "[5, 5, 10, 1]", 4, "object.shape.box", "at most 3 entries"),
