@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -20,7 +21,8 @@ from gm_ompl.app.output import note
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
-from gm_ompl.study.report import failures, figure, interval, report_html
+from gm_ompl.study.parquet import write_parquet
+from gm_ompl.study.report import figure, interval, other_ends, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
@@ -55,10 +57,14 @@ def compare_command(request: CompareRequest) -> Exit:
     for table in (*_summary_tables(summaries), *_difference_tables(found)):
         console.print(table)
     write_benchmark(records, best, folder / "ompl")
-    try:
-        (folder / "report.html").write_text(report_html(records, best), encoding="utf-8")
-    except MissingExtraError as error:
-        note(f"no report.html: {error}")
+    for name, write in (
+        ("runs.parquet", lambda path: write_parquet(records, path)),
+        ("report.html", lambda path: path.write_text(report_html(records, best), encoding="utf-8")),
+    ):
+        try:
+            write(folder / name)
+        except MissingExtraError as error:
+            note(f"no {name}: {error}")
     note(f"written to {request.output}")
     return Exit.OK
 
@@ -96,20 +102,22 @@ def _compare(tasks: Sequence[Task], store: Store) -> tuple[Record, ...]:
     columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
         bar = progress.add_task("runs", total=len(tasks))
-        return compare(
-            tasks, store, LocalExecutor(), lambda done, _: progress.update(bar, completed=done)
-        )
+        with closing(LocalExecutor()) as executor:
+            return compare(
+                tasks, store, executor, lambda done, _: progress.update(bar, completed=done)
+            )
 
 
 def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:
     """Yield a table per scenario."""
     for scenario, group in groupby(rows, key=lambda row: row.scenario):
         table = _table(scenario, "planner", "runs", "plan", "first [s]", "cost", "ratio",
-                       "regrasps", "z", "MiB", "failures")  # fmt: skip
+                       "regrasps", "z", "decisions", "MiB", "other ends")  # fmt: skip
         for row in group:
-            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.peak_mb)
+            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
+                      row.decisions, row.peak_mb)  # fmt: skip
             _add(table, row.planner, str(row.runs), f"{row.success:.0%}", *map(figure, values),
-                 failures(row))  # fmt: skip
+                 other_ends(row))  # fmt: skip
         yield table
 
 

@@ -64,6 +64,8 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
         for figure in _figures(go, planners, optima):
             parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
             library = False
+    for figure in _scaling(go, records):
+        parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
     return "\n".join([*parts, "</body></html>\n"])
 
 
@@ -106,6 +108,32 @@ def _figures(
         yield figure
 
 
+def _scaling(go: ModuleType, records: Sequence[Record]) -> Iterator[Any]:
+    """Yield, where sizes differ, charts of what first plans took over the lattice's states."""
+    solved = [run for run in records if run.solved and run.states is not None]
+    if len({run.states for run in solved}) < 2:
+        return
+    for what, title in (
+        ("first_plan_s", "time to the first plan [s]"),
+        ("first_plan_decisions", "mode decisions to the first plan"),
+    ):
+        figure = go.Figure()
+        for index, planner in enumerate(dict.fromkeys(run.planner for run in records)):
+            runs = [run for run in solved if run.planner == planner]
+            figure.add_scatter(
+                x=[run.states for run in runs],
+                y=[getattr(run, what) for run in runs],
+                text=[html.escape(run.scenario) for run in runs],
+                name=html.escape(planner),
+                mode="markers",
+                marker={"color": COLOURS[index % len(COLOURS)], "size": 5},
+            )
+        figure.update_xaxes(type="log", title="states of the lattice")
+        figure.update_yaxes(type="log", title=title)
+        figure.update_layout(title=f"Scaling: {title}, a point per run with a plan", height=480)
+        yield figure
+
+
 def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list[float]]:
     """Return the steps of the share of runs that have a plan, from time 0 to ``end``."""
     found = np.sort(first_times(runs))
@@ -137,13 +165,14 @@ def cost_quantiles(
 
 def _summary_table(rows: Sequence[Summary]) -> str:
     head = ("scenario", "planner", "runs", "with a plan", "first plan [s], median", "cost, median",
-            "cost / optimum", "regrasps", "least z", "peak [MiB]", "failures")  # fmt: skip
+            "cost / optimum", "regrasps", "least z", "mode decisions", "peak [MiB]",
+            "other ends")  # fmt: skip
     cells = [
         (
             row.scenario, row.planner, str(row.runs), f"{row.success:.0%}",
             *map(figure, (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                          row.peak_mb)),
-            failures(row),
+                          row.decisions, row.peak_mb)),
+            other_ends(row),
         )
         for row in rows
     ]  # fmt: skip
@@ -180,6 +209,6 @@ def interval(difference: Difference) -> str:
     return f"{figure(difference.low)} to {figure(difference.high)}{mark}"
 
 
-def failures(summary: Summary) -> str:
-    """Return how many runs ended in no way of the planner's own."""
-    return ", ".join(f"{count} {status}" for status, count in summary.failures.items()) or "-"
+def other_ends(summary: Summary) -> str:
+    """Return how many runs ended otherwise than with a plan or without budget."""
+    return ", ".join(f"{count} {status}" for status, count in summary.others.items()) or "-"

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterable
 from typing import Any
 
 from gm_ompl import api
-from gm_ompl.errors import InputError
 from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.planners.planner import Progress
+from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.task import Task
-
-SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
-WARMING = ("paper/slide", "paper/regrasp")
-"""Scenarios that, made small, load the compiled code a run may need."""
 
 
 def carry_out(task: Task) -> dict[str, Any]:
@@ -24,16 +19,36 @@ def carry_out(task: Task) -> dict[str, Any]:
         InputError: the planner cannot treat the scenario.
     """
     limits = task.limits
+    scenario = Scenario.from_resolved(task.scenario)
+    first: list[Progress] = []
+
+    def watch(progress: Progress) -> None:
+        if progress.cost is not None and not first:
+            first.append(progress)
+
     plan = api.plan(
-        Scenario.from_resolved(task.scenario),
+        scenario,
         task.planner,
         time_limit=limits.time_s,
         max_iterations=limits.max_iterations,
         memory_limit=limits.memory_mb,
         seed=task.seed,
         parameters=task.parameters,
+        report=watch,
     )
-    return facts(plan)
+    found = facts(plan)
+    decided = first[0].mode_decisions if first else found["mode_decisions"]
+    return {
+        **found,
+        "first_plan_decisions": None if plan.cost is None else decided,
+        "states": states(scenario.problem),
+    }
+
+
+def states(problem: Problem) -> float:
+    """Return how many states the lattice has: nodes times one placement for each finger."""
+    fingers = problem.fingers
+    return float(problem.lattice.size) * float(len(fingers.placements)) ** fingers.count
 
 
 def facts(plan: Plan) -> dict[str, Any]:
@@ -61,12 +76,3 @@ def facts(plan: Plan) -> dict[str, Any]:
         "iterations": spent.expanded,
         "history": [list(entry) for entry in spent.history],
     }
-
-
-def warm_up(planners: Iterable[str]) -> None:
-    """Load, or compile, what these planners use, so that no run pays for it."""
-    for name in WARMING:
-        scenario = api.load(name, SMALL)
-        for planner in planners:
-            with contextlib.suppress(InputError):  # its runs will say so
-                api.plan(scenario, planner, max_iterations=20, time_limit=2.0)

@@ -3,7 +3,8 @@
 ``python -m gm_ompl.study.server`` reads JSON lines. The first is ``{"planners": [...]}``, whose
 answer ``{"ready": true}`` comes once everything is warm. Each further one,
 ``{"number": n, "task": {...}}``, starts a run in a process of its own, and is answered by
-``{"number": n, "outcome": {...}}`` when that ends. The server ends, and ends its runs, when its
+``{"number": n, "outcome": {...}}`` when that ends. A run that had to load compiled code is made
+again once the server has loaded it (see ``warm``). The server ends, and ends its runs, when its
 input ends. It starts no thread: forking is safe.
 """
 
@@ -11,45 +12,36 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
-import resource
 import selectors
 import signal
 import sys
 import time
 from dataclasses import dataclass, field
-from typing import Any, NoReturn, final
+from typing import Any, final
 
-from gm_ompl.errors import GmOmplError
-from gm_ompl.study.run import carry_out, warm_up
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.child import run_and_exit
+from gm_ompl.study.endings import ending, excess
+from gm_ompl.study.task import Task
+from gm_ompl.study.warm import load, warm_up
 
 TICK = 0.05
 """How often limits are looked at [s]."""
 
-GRACE_S, GRACE_SHARE = 5.0, 0.5
-"""A run is killed this long after its time limit, in seconds and in shares of the limit: a planner
-looks at its clock between steps, and control is made steady after the search."""
-
-MEMORY_GRACE = 1.25
-"""A run is killed beyond this share of its memory limit; the planner itself should stop before."""
-
-FOREIGN = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""Signals that no planner raises by itself: somebody else has ended the run."""
-
-MEBIBYTE = 1024.0 * 1024.0
+COLD_TRIES = 3
+"""A run that had to load compiled code is made again at most until this many have been made."""
 
 
 @dataclass
 class _Run:
-    """A run under way; ``verdict`` says why the server has killed it, if it has."""
+    """A run under way, the ``attempt``-th; ``verdict`` says why the server has killed it."""
 
     number: int
+    task: Task
+    attempt: int
     pid: int
     pipe: int
     started: float
-    limits: Limits
     verdict: str = ""
     text: bytearray = field(default_factory=bytearray)
 
@@ -103,13 +95,13 @@ class Server:
         warm_up(request["planners"])
         self._tell({"ready": True})
 
-    def _start(self, number: int, task: Task) -> None:
+    def _start(self, number: int, task: Task, attempt: int = 1) -> None:
         reading, writing = os.pipe()
         pid = os.fork()
         if pid == 0:
-            _run_and_exit(task, writing)
+            run_and_exit(task, writing)
         os.close(writing)
-        run = _Run(number, pid, reading, time.monotonic(), task.limits)
+        run = _Run(number, task, attempt, pid, reading, time.monotonic())
         self._runs[reading] = run
         self._selector.register(reading, selectors.EVENT_READ)
 
@@ -127,15 +119,20 @@ class Server:
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "peak_mb": usage.ru_maxrss / 1024.0,
         }
-        self._tell({"number": run.number, "outcome": {**ending(run.text, run.verdict, status),
-                                                      **spent}})  # fmt: skip
+        outcome = ending(run.text, run.verdict, status)
+        compiled = outcome.pop("compiled", "")
+        if compiled and run.attempt < COLD_TRIES:
+            load(compiled)
+            self._start(run.number, run.task, run.attempt + 1)
+            return
+        self._tell({"number": run.number, "outcome": {**outcome, **spent}})
 
     def _enforce(self) -> None:
         now = time.monotonic()
         for run in self._runs.values():
             if run.verdict:
                 continue
-            run.verdict = _excess(run, now)
+            run.verdict = excess(run.task.limits, now - run.started, run.pid)
             if run.verdict:
                 _kill(run.pid)
 
@@ -145,82 +142,9 @@ class Server:
             left = left[os.write(self._sink, left) :]
 
 
-def ending(text: bytes | bytearray, verdict: str, status: int) -> dict[str, Any]:
-    """Return how a run ended.
-
-    Args:
-        text: what it told, JSON; empty or cut where it did not come to that.
-        verdict: why the server killed it, or empty.
-        status: of its process, as ``os.wait4`` gives it.
-    """
-    try:
-        told: dict[str, Any] = json.loads(text)
-    except ValueError:
-        told = {}
-    if told:
-        return told
-    if verdict:
-        return {"status": verdict, "message": f"killed: {verdict} limit passed by far"}
-    if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        kind = "killed" if number in FOREIGN else "crash"
-        return {"status": kind, "message": signal.strsignal(number) or f"signal {number}"}
-    return {"status": "crash", "message": f"exit code {os.waitstatus_to_exitcode(status)}"}
-
-
-def hard_time_limit(limits: Limits) -> float:
-    """Return the wall time after which a run is killed [s]."""
-    if limits.time_s is None:
-        return math.inf
-    return limits.time_s * (1.0 + GRACE_SHARE) + GRACE_S
-
-
-def _excess(run: _Run, now: float) -> str:
-    """Return which limit a run has passed by far, or an empty string."""
-    if now - run.started > hard_time_limit(run.limits):
-        return "timeout"
-    limit = run.limits.memory_mb
-    if limit is not None and _resident_mb(run.pid) > MEMORY_GRACE * limit:
-        return "memory"
-    return ""
-
-
-def _resident_mb(pid: int) -> float:
-    """Return the resident memory of a process [MiB]; 0 where that cannot be known."""
-    try:
-        with open(f"/proc/{pid}/statm", "rb") as statm:
-            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / MEBIBYTE
-    except (OSError, IndexError):
-        return 0.0
-
-
 def _kill(pid: int) -> None:
     with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
-
-
-def _run_and_exit(task: Task, pipe: int) -> NoReturn:
-    """Carry the task out, tell the result through ``pipe``, and end this process."""
-    code = 1
-    try:
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for standard in (0, 1, 2):  # what a library prints must not get between the answers
-            os.dup2(nowhere, standard)
-        limit = hard_time_limit(task.limits)
-        if limit < math.inf:  # a second net, for a run that outlives the server
-            seconds = math.ceil(limit) + 1
-            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-        try:
-            told = carry_out(task)
-        except GmOmplError as error:
-            told = {"status": "refused", "message": str(error)}
-        except Exception as error:
-            told = {"status": "error", "message": f"{type(error).__name__}: {error}"}
-        with open(pipe, "wb") as stream:
-            stream.write(json.dumps(told).encode())
-        code = 0
-    finally:
-        os._exit(code)  # no clean-up of what belongs to the server
 
 
 def main() -> None:

@@ -50,6 +50,9 @@ class Record:
         regrasps: in the plan, or None.
         least_z: the smallest stability margin along the plan, or None.
         mode_decisions: made by the search.
+        first_plan_decisions: mode decisions made when the first plan was reported, or None. The
+            Hybrid planners report it at once; others at their next progress event.
+        states: of the scenario's lattice: nodes times placements to the power of fingers.
         iterations: nodes expanded, or the planner's own iterations.
         history: (time, cost of the best plan or None, lower bound or None), in time order.
     """
@@ -77,6 +80,8 @@ class Record:
     regrasps: int | None = None
     least_z: float | None = None
     mode_decisions: int | None = None
+    first_plan_decisions: int | None = None
+    states: float | None = None
     iterations: int | None = None
     history: History = ()
 

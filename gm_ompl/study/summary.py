@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -17,16 +19,19 @@ CONFIDENCE = 0.95
 SEED = 0
 """Of the resampling: the same runs give the same intervals."""
 
+FAMILY = re.compile(r"(random/[^/]+)/\d+")
+"""Scenarios drawn at random are taken together: each is one draw from its family."""
+
 Samples: TypeAlias = npt.NDArray[np.float64]
 Statistic: TypeAlias = Callable[[Samples], Samples]
 
 
 @dataclass(frozen=True)
 class Summary:
-    """One planner on one scenario.
+    """One planner on one scenario, or on the scenarios of a random family.
 
     Attributes:
-        scenario: its name.
+        scenario: its name, or the family's.
         planner: its name.
         runs: how many.
         success: share of the runs with a plan.
@@ -37,7 +42,8 @@ class Summary:
         regrasps: median number, of the plans.
         least_z: median of the smallest stability margins, of the plans.
         peak_mb: median peak memory [MiB].
-        failures: runs per status other than the planner's own ("crash", "timeout", ...).
+        decisions: median number of mode decisions.
+        others: runs per status other than solved or budget ("infeasible", "crash", ...).
     """
 
     scenario: str
@@ -50,7 +56,8 @@ class Summary:
     regrasps: float | None
     least_z: float | None
     peak_mb: float
-    failures: Mapping[str, int]
+    decisions: float | None
+    others: Mapping[str, int]
 
 
 @dataclass(frozen=True)
@@ -81,14 +88,31 @@ class Difference:
         return self.low is not None and self.high is not None and not self.low <= 0.0 <= self.high
 
 
-PLANNERS_OWN = ("solved", "infeasible", "budget")
+ORDINARY = ("solved", "budget")
+
+Groups: TypeAlias = dict[str, dict[str, list[Record]]]
 
 
-def grouped(records: Sequence[Record]) -> dict[str, dict[str, list[Record]]]:
+def by_scenario(records: Sequence[Record]) -> Groups:
     """Return the runs by scenario and planner, both in the order of their first run."""
-    groups: dict[str, dict[str, list[Record]]] = {}
+    return _grouped(records, lambda name: name)
+
+
+def grouped(records: Sequence[Record]) -> Groups:
+    """Return the runs by scenario, or random family, and planner, in the order of first runs."""
+    return _grouped(records, family)
+
+
+def family(scenario: str) -> str:
+    """Return a random scenario's family; the name of any other."""
+    found = FAMILY.fullmatch(scenario)
+    return found[1] if found else scenario
+
+
+def _grouped(records: Sequence[Record], group: Callable[[str], str]) -> Groups:
+    groups: Groups = {}
     for record in records:
-        groups.setdefault(record.scenario, {}).setdefault(record.planner, []).append(record)
+        groups.setdefault(group(record.scenario), {}).setdefault(record.planner, []).append(record)
     return groups
 
 
@@ -119,10 +143,7 @@ def summarise(records: Sequence[Record], optima: Mapping[str, float]) -> tuple[S
 def _summary(
     scenario: str, planner: str, runs: Sequence[Record], optima: Mapping[str, float]
 ) -> Summary:
-    failures: dict[str, int] = {}
-    for run in runs:
-        if run.status not in PLANNERS_OWN:
-            failures[run.status] = failures.get(run.status, 0) + 1
+    others = Counter(run.status for run in runs if run.status not in ORDINARY)
     return Summary(
         scenario=scenario,
         planner=planner,
@@ -134,7 +155,8 @@ def _summary(
         regrasps=_median([run.regrasps for run in runs]),
         least_z=_median([run.least_z for run in runs]),
         peak_mb=float(np.median([run.peak_mb for run in runs])),
-        failures=failures,
+        decisions=_median([run.mode_decisions for run in runs]),
+        others=dict(others),
     )
 
 
@@ -144,7 +166,11 @@ def _median(values: Samples | Sequence[float | None]) -> float | None:
 
 
 def differences(records: Sequence[Record], optima: Mapping[str, float]) -> tuple[Difference, ...]:
-    """Return how each planner differs from the first one, scenario by scenario."""
+    """Return how each planner differs from the first one, scenario by scenario.
+
+    In a random family the scenarios, not the runs, are drawn anew, for both planners the same; cost
+    is compared on those that both have planned.
+    """
     found = []
     for scenario, planners in grouped(records).items():
         (first, base), *others = planners.items()
@@ -154,9 +180,28 @@ def differences(records: Sequence[Record], optima: Mapping[str, float]) -> tuple
                 ("first plan [s]", first_times, _medians),
                 ("cost / optimum", lambda runs: ratios(runs, optima), _medians),
             ):
-                interval = difference(sample(runs), sample(base), statistic)
+                interval = _interval(runs, base, sample, statistic)
                 found.append(Difference(scenario, planner, first, what, *interval))
     return tuple(found)
+
+
+Interval: TypeAlias = tuple[float | None, float | None, float | None]
+
+
+def _interval(
+    runs: Sequence[Record],
+    base: Sequence[Record],
+    sample: Callable[[Sequence[Record]], Samples],
+    statistic: Statistic,
+) -> Interval:
+    keys = dict.fromkeys(run.scenario_key for run in base)
+    if len(keys) == 1:
+        return difference(sample(runs), sample(base), statistic)
+    pairs = [
+        tuple(sample([run for run in side if run.scenario_key == key]) for side in (runs, base))
+        for key in keys
+    ]
+    return paired_difference([(a, b) for a, b in pairs if a.size and b.size], statistic)
 
 
 def _successes(records: Sequence[Record]) -> Samples:
@@ -175,9 +220,7 @@ def _medians(samples: Samples) -> Samples:
     return np.asarray(np.sort(samples, axis=-1)[..., samples.shape[-1] // 2])
 
 
-def difference(
-    a: Samples, b: Samples, statistic: Statistic
-) -> tuple[float | None, float | None, float | None]:
+def difference(a: Samples, b: Samples, statistic: Statistic) -> Interval:
     """Return statistic(a) - statistic(b) and the ends of its 95% percentile bootstrap interval.
 
     The two samples are drawn anew independently: runs of different planners with one seed have
@@ -197,8 +240,34 @@ def difference(
     rng = np.random.default_rng(SEED)
     drawn = [statistic(rng.choice(x, (RESAMPLES, x.size))) for x in (a, b)]
     with np.errstate(invalid="ignore"):
-        value = float(statistic(a) - statistic(b))
-        spread = np.sort(drawn[0] - drawn[1])
+        return _ends(float(statistic(a) - statistic(b)), drawn[0] - drawn[1])
+
+
+def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Statistic) -> Interval:
+    """Return what ``difference`` does, for samples that come in pairs, one pair per scenario.
+
+    Whole pairs are drawn anew: what two planners share is how hard the scenarios are.
+
+    Args:
+        pairs: of shapes (m_i,) and (n_i,), not empty; may hold +inf.
+        statistic: along the last axis.
+    """
+    if not pairs:
+        return None, None, None
+    rng = np.random.default_rng(SEED)
+
+    def value(chosen: Sequence[int]) -> float:
+        a, b = (np.concatenate([pairs[i][side] for i in chosen]) for side in (0, 1))
+        return float(statistic(a) - statistic(b))
+
+    with np.errstate(invalid="ignore"):
+        drawn = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
+        return _ends(value(range(len(pairs))), np.array([value(row) for row in drawn]))
+
+
+def _ends(value: float, drawn: Samples) -> Interval:
+    """Return the value and the ends of the interval that holds 95% of what was drawn."""
+    spread = np.sort(drawn)
     tail = (1.0 - CONFIDENCE) / 2.0
     low = float(spread[int(tail * RESAMPLES)])
     high = float(spread[int((1.0 - tail) * RESAMPLES) - 1])

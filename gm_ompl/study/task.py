@@ -14,7 +14,7 @@ import gm_ompl
 
 Json: TypeAlias = dict[str, Any]
 
-RECORDED = 1
+RECORDED = 2
 """Raised where what a run records changes its meaning: stored runs are then made anew."""
 
 WITHOUT_INFLUENCE = ("app", "study")

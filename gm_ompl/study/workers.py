@@ -9,8 +9,8 @@ import signal
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
-from typing import IO, Any, Protocol, final
+from collections.abc import Iterator, Sequence
+from typing import IO, Any, Protocol, TypeAlias, final
 
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.task import Task
@@ -22,11 +22,18 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 """A run counts as one core; numeric libraries would take them all."""
 
 
+Outcome: TypeAlias = dict[str, Any]
+"""Fields of ``Record``."""
+
+
 class Executor(Protocol):
     """Where runs are made."""
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, dict[str, Any]]]:
-        """Yield each task with its outcome (fields of ``Record``), as they finish."""
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
+        """Yield each task with its outcome, as they finish."""
+
+    def close(self) -> None:
+        """Give back what is kept from one call of ``run`` to the next."""
 
 
 def cores() -> int:
@@ -41,6 +48,8 @@ def cores() -> int:
 class LocalExecutor:
     """Runs in processes of their own on this machine.
 
+    The server is kept, warm, for the next call of ``run`` until ``close``.
+
     Args:
         workers: runs at a time; as many as there are cores where None.
     """
@@ -48,8 +57,9 @@ class LocalExecutor:
     def __init__(self, workers: int | None = None) -> None:
         self.workers = workers or cores()
         self.server: subprocess.Popen[bytes] | None = None
+        self._warm: set[str] = set()
 
-    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, dict[str, Any]]]:
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
         """Yield each task with its outcome, as they finish.
 
         A run that somebody else ends, by itself or with the server, is made again.
@@ -57,7 +67,6 @@ class LocalExecutor:
         Raises:
             GmOmplError: the server does not start, or dies again and again without finishing a run.
         """
-        planners = sorted({task.planner for task in tasks})
         waiting = deque(range(len(tasks)))
         attempts = [0] * len(tasks)
         fruitless = 0
@@ -66,31 +75,36 @@ class LocalExecutor:
                 raise GmOmplError("the server that runs are forked from ends again and again")
             fruitless += 1
             flying: set[int] = set()
+            done = False
             try:
-                for number, outcome in self._serve(tasks, planners, waiting, flying):
+                for number, outcome in self._serve(tasks, waiting, flying):
                     attempts[number] += 1
                     if outcome["status"] == "killed" and attempts[number] < ATTEMPTS:
                         waiting.appendleft(number)
                         continue
                     fruitless = 0
                     yield tasks[number], outcome
+                done = not waiting and not flying
             finally:
-                self._end()
+                if not done:  # gone, or with runs under way that nobody waits for
+                    self.close()
             waiting.extendleft(sorted(flying, reverse=True))
 
     def _serve(
         self,
         tasks: Sequence[Task],
-        planners: Iterable[str],
         waiting: deque[int],
         flying: set[int],
-    ) -> Iterator[tuple[int, dict[str, Any]]]:
+    ) -> Iterator[tuple[int, Outcome]]:
         """Yield outcomes until all tasks are done or the server is gone; ``flying`` stays true."""
         with contextlib.suppress(BrokenPipeError):
-            requests, answers = self._begin()
-            _send(requests, {"planners": list(planners)})
-            if not answers.readline():
-                return
+            requests, answers = self._streams()
+            cold = {tasks[number].planner for number in waiting} - self._warm
+            if cold:
+                _send(requests, {"planners": sorted(cold)})
+                if not answers.readline():
+                    return
+                self._warm |= cold
             while waiting or flying:
                 while waiting and len(flying) < self.workers:
                     number = waiting.popleft()
@@ -103,22 +117,25 @@ class LocalExecutor:
                 flying.discard(answer["number"])
                 yield answer["number"], answer["outcome"]
 
-    def _begin(self) -> tuple[IO[bytes], IO[bytes]]:
-        # A session of its own: Ctrl-C reaches this process alone, which then ends the server.
-        self.server = subprocess.Popen(
-            [sys.executable, "-P", "-m", "gm_ompl.study.server"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env={**os.environ, **ONE_THREAD},
-            start_new_session=True,
-        )
+    def _streams(self) -> tuple[IO[bytes], IO[bytes]]:
+        """Return where the server takes requests and gives answers; it is started if need be."""
+        if self.server is None:
+            # A session of its own: Ctrl-C reaches this process alone, which then ends the server.
+            self.server = subprocess.Popen(
+                [sys.executable, "-P", "-m", "gm_ompl.study.server"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env={**os.environ, **ONE_THREAD},
+                start_new_session=True,
+            )
         assert self.server.stdin is not None
         assert self.server.stdout is not None
         return self.server.stdin, self.server.stdout
 
-    def _end(self) -> None:
+    def close(self) -> None:
         """End the server and every run that it has left behind."""
         server, self.server = self.server, None
+        self._warm.clear()
         if server is None:
             return
         with contextlib.suppress(ProcessLookupError, PermissionError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -13,13 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gm_ompl.errors import InputError
-from gm_ompl.study.comparison_page import tables
+from gm_ompl.errors import MissingExtraError
+from gm_ompl.study.comparison_page import Design, references, runs, tables
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
 from gm_ompl.study.pages import write_tables
+from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
 from gm_ompl.study.store import Record
-from gm_ompl.study.summary import difference, differences, summarise
+from gm_ompl.study.summary import difference, differences, paired_difference, summarise
 
 EVIL = "<img src=x onerror=alert(1)></script>'\"; [bold]"
 OPTIMA = {"k": 10.0}
@@ -50,7 +52,7 @@ def test_summaries_count_runs_without_a_plan() -> None:
     """Success is a share of all runs; the median time treats a failed run as infinite."""
     astar, rrt = summarise(RUNS, OPTIMA)
     assert (astar.success, astar.ratio, astar.first_plan_s) == (1.0, 1.0, 1.0)
-    assert rrt.success == 0.75 and rrt.failures == {"crash": 1}
+    assert rrt.success == 0.75 and rrt.others == {"crash": 1}
     assert rrt.first_plan_s == pytest.approx(0.7)  # of 0.5, 0.6, 0.7, inf: the upper middle
     assert rrt.ratio == pytest.approx(1.3)
     (alone,) = summarise([run("RRT", 0, None, None)], OPTIMA)
@@ -152,7 +154,7 @@ def test_the_command_compares_and_resumes(tmp_path: Path) -> None:
     assert first.returncode == 0, first.stderr
     assert "RRT" in first.stdout and "95% interval" in first.stdout
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"runs.sqlite", "report.html", "ompl"} <= names
+    assert {"runs.sqlite", "runs.parquet", "report.html", "ompl"} <= names
     again = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert again.stdout == first.stdout
 
@@ -178,14 +180,85 @@ def test_wrong_options_are_named(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_page_has_its_marks_and_shows_the_usual_limits(tmp_path: Path) -> None:
-    """Tables go into docs/comparison.md; runs under other limits lend their optima alone."""
-    longer = run("astar", 9, 1.0, 9.0, optimal=True, time_limit=60.0)
-    found = tables([*RUNS, longer])
-    assert len(found["runs"].splitlines()) == 2 + 2
-    assert "1.111" in found["runs"]  # 10 over the later proof, 9
+def test_the_page_has_its_marks(tmp_path: Path) -> None:
+    """Tables go into docs/comparison.md; what stands between them is left alone."""
+    found = tables(RUNS, {"k": 9.0})
+    assert len(found["runs"].splitlines()) == 2 + 2 and "1.111" in found["runs"]  # 10 over 9
+    assert len(found["differences"].splitlines()) == 2 + 1
+    page = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text()
     copy = tmp_path / "page.md"
-    copy.write_text((Path(__file__).parents[2] / "docs" / "comparison.md").read_text())
+    copy.write_text(page)
     write_tables(copy, found)
-    with pytest.raises(InputError, match="no runs"):
-        tables([])
+    words = re.compile(r"(<!-- begin (\w+) -->\n).*?(<!-- end \2 -->)", re.DOTALL)
+    assert words.sub(r"\1\3", copy.read_text()) == words.sub(r"\1\3", page)
+
+
+DESIGN = Design(
+    single=("paper/slide",), families=("random/small",), planners=("astar", "RRT"), seeds=3
+)
+
+
+def test_the_pages_runs_are_each_planner_s_on_every_scenario() -> None:
+    """astar once per scenario; a family's k-th scenario with seed k; a longer astar on each."""
+    tasks = runs(DESIGN)
+    names = [(task.scenario_name, task.planner, task.seed) for task in tasks]
+    family = [(f"random/small/{k}", name, k) for k in range(3) for name in ("astar", "RRT")]
+    slide = [("paper/slide", "astar", 0), *(("paper/slide", "RRT", k) for k in range(3))]
+    assert sorted(names) == sorted([*slide, *family])
+    longer = references(DESIGN, tasks)
+    assert {task.scenario_name for task in longer} == {name for name, _, _ in names}
+    assert {(task.planner, task.limits.time_s) for task in longer} == {("astar", 120.0)}
+    assert not {task.key() for task in longer} & {task.key() for task in tasks}
+
+
+def test_a_family_is_compared_scenario_by_scenario() -> None:
+    """Paired samples are drawn in pairs: a constant difference has no spread."""
+    records = [
+        run(planner, 0, 1.0, cost, scenario=f"random/tumble/{k}", scenario_key=str(k))
+        for k in range(6)
+        for planner, cost in (("astar", 10.0 * k + 1.0), ("RRT", 20.0 * k + 2.0))
+    ]
+    best = {str(k): 10.0 * k + 1.0 for k in range(6)}
+    astar, rrt = summarise(records, best)
+    assert (astar.scenario, rrt.scenario, rrt.runs, rrt.ratio) == (*["random/tumble"] * 2, 6, 2.0)
+    rows = {row.what: row for row in differences(records, best)}
+    assert (rows["cost / optimum"].low, rows["cost / optimum"].high) == (1.0, 1.0)
+    times = [(np.array([k + 1.5]), np.array([float(k)])) for k in range(9)]
+    ends = paired_difference(times, lambda x: np.asarray(x.mean(axis=-1)))
+    assert ends == pytest.approx((1.5, 1.5, 1.5))
+    assert paired_difference([], lambda x: x) == (None, None, None)
+
+
+def test_parquet_holds_every_run(tmp_path: Path) -> None:
+    """Read back, it has the records' columns and values, nothing rounded."""
+    import pyarrow.parquet
+
+    write_parquet(RUNS, tmp_path / "runs.parquet")
+    rows = pyarrow.parquet.read_table(tmp_path / "runs.parquet").to_pylist()
+    assert len(rows) == len(RUNS)
+    for row, record in zip(rows, RUNS, strict=True):
+        history = [(h["time_s"], h["cost"], h["lower_bound"]) for h in row.pop("history")]
+        assert tuple(history) == record.history
+        assert json.loads(row.pop("parameters")) == record.parameters
+        assert row == {name: getattr(record, name) for name in row}
+    # No run, or runs without plans, have the same columns and types.
+    write_parquet(RUNS[-1:], tmp_path / "one.parquet")
+    schemas = [pyarrow.parquet.read_schema(tmp_path / name) for name in ("runs.parquet",
+                                                                        "one.parquet")]  # fmt: skip
+    assert schemas[0].equals(schemas[1])
+
+
+def test_without_pyarrow_one_is_told_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The message names the extra."""
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError, match=r"gm-ompl\[parquet\]"):
+        write_parquet(RUNS, tmp_path / "runs.parquet")
+
+
+def test_scaling_is_drawn_where_sizes_differ() -> None:
+    """Two charts more, over the states of the lattice."""
+    records = [run("RRT", k, 1.0, 2.0, states=10.0**k, first_plan_decisions=k) for k in (1, 2)]
+    page = report_html(records, {})
+    assert page.count('class="plotly-graph-div"') == 5 and "states of the lattice" in page

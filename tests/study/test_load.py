@@ -1,0 +1,23 @@
+"""The load measurement: its shares add up."""
+
+from __future__ import annotations
+
+import pytest
+
+from gm_ompl.study.load import Load, measure
+
+
+def test_shares_are_those_of_the_workers_time() -> None:
+    """Two workers for ten seconds have twenty to spend; 18 in hand of which 17 searching."""
+    load = Load(17, 2, 10.0, 17.0, 18.0, 16.0, 4.0)
+    assert (load.occupied, load.busy) == (0.9, 0.8)
+    assert load.overhead == pytest.approx(0.15) and load.cpu_overhead == pytest.approx(0.2)
+
+
+def test_runs_search_for_their_time() -> None:
+    """A measured comparison's searches fill at least the asked time, and fit into what passed."""
+    load = measure("random/small/4", 3, 0.2, 1)
+    assert load.runs == 3 and load.search_s >= 3 * 0.2
+    assert load.search_s <= load.in_hand_s <= load.elapsed_s
+    assert load.runs_cpu_s > 0.0 and load.others_cpu_s > 0.0
+    assert any("3 runs on 1 workers" in line for line in load.lines())
