@@ -28,6 +28,9 @@ Entry: TypeAlias = tuple[float, int, int, int, float, bool]
 
 head = tail stands for the node's late arcs, START for the sources still to come."""
 
+Told: TypeAlias = Callable[[int, float, float, bool], None]
+"""Called with (node, cost of getting there, bound, whether it was expanded before)."""
+
 HistoryRow: TypeAlias = tuple[float, float | None, float]
 """(time, cost of the best path or None, lower bound)."""
 
@@ -96,6 +99,7 @@ class BestFirstSearch:
         graph: what to search.
         meter: the running budget.
         observe: called with this search whenever a progress event is due.
+        expand: told of every expansion: node, cost of getting there, bound, whether a second one.
 
     Attributes:
         expanded: nodes expanded so far.
@@ -105,9 +109,13 @@ class BestFirstSearch:
     """
 
     def __init__(
-        self, graph: Graph, meter: Meter, observe: Callable[[BestFirstSearch], None]
+        self,
+        graph: Graph,
+        meter: Meter,
+        observe: Callable[[BestFirstSearch], None],
+        expand: Told | None = None,
     ) -> None:
-        self._graph, self._meter, self._observe = graph, meter, observe
+        self._graph, self._meter, self._observe, self._told = graph, meter, observe, expand
         self._sources = graph.sources()
         self._open: list[Entry] = []
         self._order = 0
@@ -202,6 +210,8 @@ class BestFirstSearch:
     def _expand(self, node: int, tail: int, g: float) -> None:
         graph = self._graph
         self.expanded += 1
+        if self._told is not None:
+            self._told(node, g, g + graph.estimate(node), node in self._closed)
         self._closed[node] = self._tentative[node] = g
         self._parent[node] = tail
         if graph.is_goal(node) and g < self.cost:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Protocol, final
 
 import numpy as np
@@ -12,9 +13,12 @@ from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Move
+from gm_ompl.planners.hybrid_trace import Growth
 from gm_ompl.planners.outcome import result_of
 from gm_ompl.planners.planner import Budget, Progress, Report, SearchResult, Status
+from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Problem
+from gm_ompl.sampling.explorer import Course
 from gm_ompl.sampling.tree import Stop
 
 
@@ -27,6 +31,10 @@ class Search(Protocol):
     @property
     def branches(self) -> int:
         """How much it has gathered."""
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far, with the trees grown along them."""
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
@@ -48,6 +56,8 @@ class HybridRun:
     def __init__(self, judge: Judge, budget: Budget, report: Report) -> None:
         self.meter = budget.start()
         self._judge, self._report = judge, report
+        trace = tracer(report)
+        self._growth = None if trace is None else Growth(judge.problem, trace)
         self._decided = judge.mode_decisions
         self._iterations = 0
         self._history: list[list[float | None]] = []
@@ -87,6 +97,10 @@ class HybridRun:
         while not stop():
             changed = search.step(stop)
             self._iterations += 1
+            if self._growth is not None:
+                self._growth.grown(search.courses)
+                if changed:
+                    self._growth.planned(search.moves)
             if changed:
                 last = self._iterations
                 self._event(search)

@@ -14,8 +14,9 @@ from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
+from gm_ompl.graph.sets import LIFTED
 from gm_ompl.graph.watch import Stopped
-from gm_ompl.planners.astar import BestFirstSearch
+from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
 from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
 from gm_ompl.planners.parameters import Parameter
@@ -28,6 +29,7 @@ from gm_ompl.planners.planner import (
     Status,
     silent,
 )
+from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.problem import Problem
 
 MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...]], Heuristic]
@@ -57,11 +59,26 @@ def solve_on_lattice(
     except Stopped:
         return without_search(Status.BUDGET, 0.0, meter)
 
-    found = BestFirstSearch(graph, meter, observer(meter, judge, report)).run()
+    told = _told(problem, graph, tracer(report))
+    found = BestFirstSearch(graph, meter, observer(meter, judge, report), told).run()
     moves = extract_moves(problem, graph, found.path) if found.path else ()
     decisions = judge.mode_decisions - decided
     statistics = statistics_of(found, meter, decisions, len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
+
+
+def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Told | None:
+    """Return what turns the search's node numbers into expansions for ``trace``."""
+    if trace is None:
+        return None
+
+    def tell(node: int, cost: float, bound: float, again: bool) -> None:
+        config, placements = graph.parts(node)
+        q = problem.lattice.coordinates(config)
+        why = "hub" if LIFTED in placements else "set of placements"
+        trace(Expansion(q, placements, cost, bound, f"{why}, again" if again else why))
+
+    return tell
 
 
 @final

@@ -10,11 +10,12 @@ from ompl import geometric as og
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.ompl_path import states_of
-from gm_ompl.planners.planner import Budget, Planner, SearchResult, Status
-from gm_ompl.sampling.motions import HybridState
+from gm_ompl.planners.ompl_trace import Grown
+from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
+from gm_ompl.sampling.motions import ContinuousModel, HybridState
 from gm_ompl.space.convert import Codec
 from gm_ompl.space.guard import Guard
-from gm_ompl.space.planner_data import Tree, chain
+from gm_ompl.space.planner_data import Tree
 
 _ENDS = {
     Status.SOLVED: "EXACT_SOLUTION",
@@ -53,12 +54,13 @@ class PlainPlanner(ob.Planner):
         super().__init__(si, planner.name)
         self.planner = planner
         self.result: SearchResult | None = None
+        self._grown = Grown()
         self._judge, self._codec, self._guard, self._rng = judge, codec, guard, rng
 
     def clear(self) -> None:
         """Forget the last search."""
         super().clear()
-        self.result = None
+        self.result, self._grown = None, Grown()
 
     def solve(self, stop: Any) -> Any:
         """Search until ``stop``; hand a path to OMPL where one was found.
@@ -78,7 +80,9 @@ class PlainPlanner(ob.Planner):
         self.checkValidity()
         problem = self._judge.problem
         budget = Budget(stop=lambda: bool(limit()))
-        self.result = self.planner.solve(problem, self._judge, budget, self._rng)
+        self._grown = Grown()
+        heard: Report = self._grown if self.planner.specs.randomised else silent
+        self.result = self.planner.solve(problem, self._judge, budget, self._rng, heard)
         if self.result.status is Status.SOLVED:
             self._offer(states_of(self._codec.start, self.result.moves))
         return _ENDS[self.result.status]
@@ -94,10 +98,10 @@ class PlainPlanner(ob.Planner):
         pdef.addSolutionPath(path, False, 0.0, self.getName())
 
     def tree(self) -> Tree:
-        """Return the states of the plan that was found.
+        """Return what the last search explored; of a search on the lattice, its plan.
 
         Not an override of ``getPlannerData``: called from C++, that would end the process.
         """
-        if self.result is None or self.result.status is not Status.SOLVED:
-            return chain([self._codec.start])
-        return chain(states_of(self._codec.start, self.result.moves))
+        moves = self.result.moves if self.result is not None else ()
+        model = ContinuousModel(self._judge.problem, self._judge)
+        return self._grown.tree(model, self._codec.start, moves)

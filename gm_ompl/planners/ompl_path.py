@@ -10,6 +10,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Displacement, Move
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.stages import states_along
 from gm_ompl.space.motions import Motions
 
 
@@ -50,15 +51,4 @@ def _shown(state: HybridState) -> str:
 
 def states_of(start: HybridState, moves: Sequence[Move]) -> list[HybridState]:
     """Return the states through which ``moves`` lead, one motion each; the start first."""
-    states = [start]
-    for move in moves:
-        if isinstance(move, Displacement):
-            if len(states) == 1:
-                states.append(HybridState(move.start, move.placements))
-            states.append(HybridState(move.end, move.placements))
-            continue
-        if len(states) == 1:
-            states.append(HybridState(move.at, move.placements))
-        after = (*move.placements[: move.finger], move.target, *move.placements[move.finger + 1 :])
-        states.append(HybridState(move.at, after))
-    return states
+    return [start, *states_along(moves)]

@@ -15,6 +15,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
 from gm_ompl.planners.ompl_path import judged_anew
 from gm_ompl.planners.ompl_setup import HybridSetup
+from gm_ompl.planners.ompl_trace import tell
 from gm_ompl.planners.planner import (
     Budget,
     Meter,
@@ -24,6 +25,7 @@ from gm_ompl.planners.planner import (
     SearchResult,
     Status,
 )
+from gm_ompl.planners.trace import tracer
 
 _NO_MOVES: tuple[Move, ...] = ()
 
@@ -64,6 +66,9 @@ def run(
             status = Status.INTERRUPTED
         cost = math.fsum(move.cost for move in moves) if status is Status.SOLVED else None
         watch.note(cost)
+        trace = tracer(report)
+        if trace is not None and watch.planner is not None:
+            tell(setup.explored(), setup.motions, trace)
         return SearchResult(
             status=status,
             moves=moves,

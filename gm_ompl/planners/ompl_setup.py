@@ -26,7 +26,7 @@ from gm_ompl.space.guard import Guard
 from gm_ompl.space.layout import make_space
 from gm_ompl.space.motions import Motions
 from gm_ompl.space.objective import PlanCost
-from gm_ompl.space.planner_data import planner_data, tree_of
+from gm_ompl.space.planner_data import Tree, planner_data, tree_of
 from gm_ompl.space.projection import ObjectProjection
 from gm_ompl.space.validity import DirectedMotions, NodeValidity
 
@@ -152,20 +152,24 @@ class HybridSetup(og.SimpleSetup):
         path = og.PathGeometric(self.getSolutionPath())
         return [self.codec.read(path.getState(k)) for k in range(path.getStateCount())]
 
+    def explored(self) -> Tree:
+        """Return what the planner explored, in gm_ompl's own terms."""
+        planner = self.getPlanner()
+        if isinstance(planner, PlainPlanner):
+            return planner.tree()
+        raw = ob.PlannerData(self.getSpaceInformation())
+        self.getPlannerData(raw)
+        return tree_of(raw, self.codec)
+
     def planner_data(self) -> Any:
         """Return what the planner explored as OMPL's ``PlannerData``, weights by our costs.
 
-        Of gm_ompl's own planners it is the plan that was found. The data is a copy: it outlives
-        the planner.
+        Of searches on the lattice it is the plan that was found. Edges lead in the direction of
+        execution, also in a tree that grew from the goal, whose vertices have the tag 2. The data
+        is a copy: it outlives the planner.
         """
-        si, planner = self.getSpaceInformation(), self.getPlanner()
-        if isinstance(planner, PlainPlanner):
-            tree = planner.tree()
-        else:
-            raw = ob.PlannerData(si)
-            self.getPlannerData(raw)
-            tree = tree_of(raw, self.codec)
-        return planner_data(si, self.codec, self.motions, tree)
+        tree = self.explored()
+        return planner_data(self.getSpaceInformation(), self.codec, self.motions, tree)
 
 
 def make_setup(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import final
 
@@ -71,6 +72,11 @@ class Anytime:
         """Branches of trees and lanes of samples."""
         lanes = sum(len(improver.sample) for improver in self._improvers.values())
         return self._explorer.branches + lanes
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far."""
+        return self._explorer.courses
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""

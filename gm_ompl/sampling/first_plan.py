@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import final
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
-from gm_ompl.sampling.explorer import Explorer
+from gm_ompl.sampling.explorer import Course, Explorer
 from gm_ompl.sampling.extraction import moves_of
 from gm_ompl.sampling.tree import Stop
 
@@ -33,6 +34,11 @@ class FirstPlan:
     def branches(self) -> int:
         """Branches of all trees."""
         return self._explorer.branches
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far."""
+        return self._explorer.courses
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether it found a plan."""

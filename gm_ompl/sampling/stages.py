@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Placements
-from gm_ompl.sampling.motions import ContinuousModel
+from gm_ompl.sampling.motions import ContinuousModel, HybridState
 
 REMEMBERED: Final = 20_000
 """Judged displacements kept; beyond, all are dropped."""
@@ -51,6 +51,19 @@ def stages_of(moves: Sequence[Move]) -> Stages:
 def after(move: Regrasp) -> Placements:
     """Return the placements after a regrasp."""
     return (*move.placements[: move.finger], move.target, *move.placements[move.finger + 1 :])
+
+
+def states_along(moves: Sequence[Move]) -> Iterator[HybridState]:
+    """Yield the states that ``moves`` lead through, first and last included."""
+    for k, move in enumerate(moves):
+        if isinstance(move, Displacement):
+            if k == 0:
+                yield HybridState(move.start, move.placements)
+            yield HybridState(move.end, move.placements)
+        else:
+            if k == 0:
+                yield HybridState(move.at, move.placements)
+            yield HybridState(move.at, after(move))
 
 
 def changed(a: Placements, b: Placements) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,29 +11,27 @@ from gm_ompl.sampling.motions import HybridState
 from gm_ompl.space.convert import Codec
 from gm_ompl.space.motions import Motions
 
+START_TAG, GOAL_TAG = 1, 2
+"""What OMPL's planners of two trees tag vertices with."""
+
 
 @dataclass(frozen=True)
 class Tree:
-    """What a planner explored.
+    """What a planner explored; with two trees, both and what joins them.
 
     Attributes:
         states: the vertices.
         edges: (from, to), numbers of vertices, in the direction of execution.
         starts: vertices that are starts.
         goals: vertices that are goals.
+        backward: vertices that grew from the goal; OMPL tags them so.
     """
 
     states: tuple[HybridState, ...]
     edges: tuple[tuple[int, int], ...]
     starts: frozenset[int]
     goals: frozenset[int]
-
-
-def chain(states: Sequence[HybridState]) -> Tree:
-    """Return a path as a tree."""
-    last = len(states) - 1
-    edges = tuple((k, k + 1) for k in range(last))
-    return Tree(tuple(states), edges, frozenset([0]), frozenset([last]))
+    backward: frozenset[int] = frozenset()
 
 
 def tree_of(data: Any, codec: Codec) -> Tree:
@@ -45,6 +42,7 @@ def tree_of(data: Any, codec: Codec) -> Tree:
         edges=tuple((k, int(other)) for k in range(count) for other in data.getEdges(k)),
         starts=frozenset(k for k in range(count) if data.isStartVertex(k)),
         goals=frozenset(k for k in range(count) if data.isGoalVertex(k)),
+        backward=frozenset(k for k in range(count) if data.getVertex(k).getTag() == GOAL_TAG),
     )
 
 
@@ -55,7 +53,8 @@ def planner_data(si: Any, codec: Codec, motions: Motions, tree: Tree) -> Any:
     for number, meaning in enumerate(tree.states):
         state = si.allocState()
         codec.write(state, meaning)
-        vertex = ob.PlannerDataVertex(state)
+        tag = GOAL_TAG if number in tree.backward else START_TAG
+        vertex = ob.PlannerDataVertex(state, tag)
         kept.append((state, vertex))
         if number in tree.starts:
             data.addStartVertex(vertex)
