@@ -20,15 +20,14 @@ from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.compare import compare, make_tasks, optima
+from gm_ompl.study.executors import make_executor
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import figure, interval, other_ends, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
-from gm_ompl.study.workers import LocalExecutor
-
-LOCAL = "local"
+from gm_ompl.study.workers import Executor
 
 
 @dataclass(frozen=True)
@@ -48,10 +47,11 @@ class CompareRequest:
 def compare_command(request: CompareRequest) -> Exit:
     """Make the runs that are missing, write everything, show the tables."""
     tasks = _tasks(request)
-    folder = _folder(request.output)
-    with Store(folder / "runs.sqlite") as store:
-        records = _compare(tasks, store)
-        best = optima(store.all())
+    with closing(make_executor(request.executor)) as executor:
+        folder = _folder(request.output)
+        with Store(folder / "runs.sqlite") as store:
+            records = _compare(tasks, store, executor)
+            best = optima(store.all())
     summaries, found = summarise(records, best), differences(records, best)
     console = Console()
     for table in (*_summary_tables(summaries), *_difference_tables(found)):
@@ -75,8 +75,6 @@ def _tasks(request: CompareRequest) -> tuple[Task, ...]:
     Raises:
         InputError: an option's value is wrong.
     """
-    if request.executor != LOCAL:
-        raise InputError(f"--executor {request.executor}: must be {LOCAL}")
     for option, value in (
         ("--time-limit", request.time_limit), ("--memory-limit", request.memory_limit),
         ("--max-iterations", request.max_iterations),
@@ -97,15 +95,12 @@ def _folder(path: Path) -> Path:
     return path.resolve()
 
 
-def _compare(tasks: Sequence[Task], store: Store) -> tuple[Record, ...]:
+def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[Record, ...]:
     """Make the runs; how many are done is shown on stderr."""
     columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:
         bar = progress.add_task("runs", total=len(tasks))
-        with closing(LocalExecutor()) as executor:
-            return compare(
-                tasks, store, executor, lambda done, _: progress.update(bar, completed=done)
-            )
+        return compare(tasks, store, executor, lambda done, _: progress.update(bar, completed=done))
 
 
 def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:

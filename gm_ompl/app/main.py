@@ -63,6 +63,7 @@ VERBS = {
     "export": show_verbs.export,
     "execute": show_verbs.execute,
     "compare": study_verbs.compare,
+    "tune": study_verbs.tune,
     "bench": study_verbs.bench,
 }
 """In the order of ``--help``."""

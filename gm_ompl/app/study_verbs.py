@@ -1,4 +1,4 @@
-"""The verbs that measure planners and the project: compare, bench.
+"""The verbs that measure planners and the project: compare, tune, bench.
 
 What a verb needs is imported inside it, so that ``--help`` answers at once.
 """
@@ -12,6 +12,10 @@ import typer
 
 from gm_ompl.app.exits import Exit, guarded
 from gm_ompl.app.options import AsJson
+
+Executor = Annotated[
+    str, typer.Option(metavar="WHERE", help="Where runs are made: local, or dask://HOST:PORT.")
+]
 
 
 @guarded
@@ -30,17 +34,15 @@ def compare(
         float | None, typer.Option(metavar="MB", help="Of each run's process.")
     ] = None,
     max_iterations: Annotated[int | None, typer.Option(metavar="M", help="Of each run.")] = None,
-    executor: Annotated[
-        str, typer.Option(metavar="WHERE", help="Where runs are made: local.")
-    ] = "local",
+    executor: Executor = "local",
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of runs and reports.")
     ] = Path("comparison"),
 ) -> Exit:
     """Compare planners on scenarios; a second call goes on where the first was stopped.
 
-    Every run has a process of its own. Writes runs.sqlite, report.html, and OMPL's benchmark logs
-    and database. Exit codes: 0 done, 2 bad input, 130 interrupted.
+    Every run has a process of its own. Writes runs.sqlite, runs.parquet, report.html, and OMPL's
+    benchmark logs and database. Exit codes: 0 done, 2 bad input, 130 interrupted.
     """
     from gm_ompl.app.comparing import CompareRequest, compare_command
 
@@ -55,6 +57,63 @@ def compare(
         output=output,
     )
     return compare_command(request)
+
+
+@guarded
+def tune(
+    scenarios: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO...", help="Shipped names, or files.")
+    ],
+    planner: Annotated[str, typer.Option(metavar="NAME", help="The planner to tune.")],
+    trials: Annotated[int, typer.Option(metavar="N", min=1, help="Trials in all.")],
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SCENARIO", help="Score the winner on this; repeat. Default: every third."
+        ),
+    ] = None,
+    objective: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="Make small: decisions (mode decisions to the first plan), time (to it), cost, "
+            "or both (decisions and cost).",
+        ),
+    ] = "decisions",
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Runs per scenario and trial.")
+    ] = 3,
+    max_iterations: Annotated[int | None, typer.Option(metavar="M", help="Of each run.")] = 2000,
+    time_limit: Annotated[
+        float | None, typer.Option(metavar="S", help="Of each run, in seconds.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the search.")] = 0,
+    executor: Executor = "local",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PARAMS", help="File for plan --params.")
+    ] = Path("tuned.json"),
+) -> Exit:
+    """Tune a planner's parameters; a second call goes on where the first was stopped.
+
+    The winner is scored against the defaults on scenarios held out. Beside PARAMS a folder named
+    after it keeps runs, trials and report.html. Exit codes: 0 done, 2 bad input, 130 interrupted.
+    """
+    from gm_ompl.app.tuning import TuneRequest, tune_command
+
+    request = TuneRequest(
+        scenarios=tuple(scenarios),
+        planner=planner,
+        trials=trials,
+        hold_out=tuple(hold_out or ()),
+        objective=objective,
+        seeds=seeds,
+        max_iterations=max_iterations,
+        time_limit=time_limit,
+        seed=seed,
+        executor=executor,
+        output=output,
+    )
+    return tune_command(request)
 
 
 @guarded

@@ -22,9 +22,10 @@ from pathlib import Path
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.compare import compare, make_tasks
+from gm_ompl.study.executors import LOCAL, make_executor
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits
-from gm_ompl.study.workers import LocalExecutor, cores
+from gm_ompl.study.workers import Executor, LocalExecutor, cores
 
 PLANNER = "HybridRRTstar"
 
@@ -83,8 +84,18 @@ class Load:
         )
 
 
-def measure(scenario: str, runs: int, seconds: float, workers: int) -> Load:
+def measure(
+    scenario: str, runs: int, seconds: float, workers: int, executor: Executor | None = None
+) -> Load:
     """Make the runs, stored as a comparison stores them, in a folder that is then removed.
+
+    Args:
+        scenario: its name.
+        runs: how many.
+        seconds: that each searches [s].
+        workers: runs at a time.
+        executor: where they are made; this machine where None. Of others, processor time beside
+            the runs is that of this process alone.
 
     Raises:
         GmOmplError: the scenario is unknown, or a run did not end by its time limit.
@@ -94,11 +105,14 @@ def measure(scenario: str, runs: int, seconds: float, workers: int) -> Load:
     with (
         tempfile.TemporaryDirectory() as folder,
         Store(Path(folder) / "runs.sqlite") as store,
-        closing(LocalExecutor(workers)) as executor,
+        closing(executor or LocalExecutor(workers)) as place,
     ):
-        records = compare(tasks, store, executor)
+        records = compare(tasks, store, place)
         elapsed = time.monotonic() - started
-    return _load(records, workers, elapsed, _cpu() - before)
+    spent = _cpu() - before
+    if executor is not None:  # runs that are nobody's children here
+        spent += sum(record.cpu_s for record in records)
+    return _load(records, workers, elapsed, spent)
 
 
 def _load(records: Sequence[Record], workers: int, elapsed: float, cpu: float) -> Load:
@@ -130,9 +144,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=2000, metavar="N")
     parser.add_argument("--seconds", type=float, default=1.0, metavar="S", help="of each run")
     parser.add_argument("--workers", type=int, default=cores(), metavar="N")
+    parser.add_argument("--executor", default=LOCAL, metavar="WHERE", help="or dask://HOST:PORT")
     options = parser.parse_args(arguments)
     try:
-        found = measure(options.scenario, options.runs, options.seconds, options.workers)
+        other = None if options.executor == LOCAL else make_executor(options.executor)
+        found = measure(options.scenario, options.runs, options.seconds, options.workers, other)
     except GmOmplError as error:
         sys.stderr.write(f"{error}\n")
         return 2

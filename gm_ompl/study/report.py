@@ -50,7 +50,7 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
     Raises:
         MissingExtraError: plotly is not installed.
     """
-    go = _plotly()
+    go = plotly()
     parts = [
         "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
         f"<title>Comparison of planners</title><style>{_STYLE}</style></head><body>",
@@ -69,11 +69,16 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
     return "\n".join([*parts, "</body></html>\n"])
 
 
-def _plotly() -> ModuleType:
+def plotly(extra: str = "plot") -> ModuleType:
+    """Return plotly's module of charts.
+
+    Raises:
+        MissingExtraError: it is not installed; the message names the ``extra``.
+    """
     try:
         import plotly.graph_objects as go
     except ImportError:
-        raise MissingExtraError("plotly", "plot") from None
+        raise MissingExtraError("plotly", extra) from None
     module: ModuleType = go
     return module
 

@@ -15,7 +15,7 @@ from typing import IO, Any, Protocol, TypeAlias, final
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.task import Task
 
-ATTEMPTS = 3
+ATTEMPTS = 5
 """A run that somebody else keeps killing is given up after so many attempts."""
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -80,7 +80,7 @@ class LocalExecutor:
                 for number, outcome in self._serve(tasks, waiting, flying):
                     attempts[number] += 1
                     if outcome["status"] == "killed" and attempts[number] < ATTEMPTS:
-                        waiting.appendleft(number)
+                        waiting.append(number)  # last: what kills it may pass
                         continue
                     fruitless = 0
                     yield tasks[number], outcome

@@ -1,0 +1,231 @@
+"""Runs on a dask cluster: the only import of dask and distributed.
+
+A dask worker keeps a server of its own (``workers.LocalExecutor``), so that runs there are forked
+from a warm process, limited and told apart from crashes just as they are here. Which runs are done
+is known here alone: what a lost worker or scheduler had in hand is sent again.
+"""
+
+from __future__ import annotations
+
+import atexit
+import concurrent.futures
+import ipaddress
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from types import ModuleType
+from typing import Any, final
+
+from gm_ompl.errors import GmOmplError, InputError, MissingExtraError
+from gm_ompl.study.task import Task, code_version
+from gm_ompl.study.workers import ATTEMPTS, LocalExecutor, Outcome
+
+RECONNECT_S = 120.0
+"""How long a lost scheduler is waited for [s]."""
+
+CONNECT_S = 10.0
+"""How long one attempt to connect takes at most [s]."""
+
+_here = threading.local()
+"""On a worker, per thread, its executor."""
+
+
+def remote_run(tree: dict[str, Any], code: str) -> Outcome:
+    """Make one run; on a worker.
+
+    Args:
+        tree: the task, as ``Task.to_dict`` writes it.
+        code: the version of the code that asks.
+
+    Returns:
+        The outcome, or ``{"code": version}`` where this worker's code is another.
+    """
+    if code != code_version():
+        return {"code": code_version()}
+    if not hasattr(_here, "executor"):
+        _here.executor = LocalExecutor(workers=1)
+        atexit.register(_here.executor.close)
+    executor: LocalExecutor = _here.executor
+    ((_, outcome),) = executor.run([Task.from_dict(tree)])
+    return outcome
+
+
+@final
+class DaskExecutor:
+    """Runs on the workers of a dask cluster.
+
+    A worker that dies loses the run in hand, which is sent to another; when the scheduler is lost,
+    it is waited for, and what has not come back is sent again.
+
+    Args:
+        address: of the scheduler, HOST:PORT, tcp://HOST:PORT or tls://HOST:PORT.
+
+    Raises:
+        InputError: there is no scheduler, or it would be spoken to in the open over a network.
+        MissingExtraError: dask.distributed is not installed.
+    """
+
+    def __init__(self, address: str) -> None:
+        self._dask = _distributed()
+        self.address = secured(address, _tls_configured(self._dask))
+        try:
+            self._client = self._connect()
+        except OSError as error:
+            raise InputError(f"--executor dask://{address}: no scheduler there: {error}") from None
+
+    def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
+        """Yield each task with its outcome, as they finish.
+
+        Raises:
+            GmOmplError: the scheduler stays away, a worker has other code, or runs keep being lost.
+        """
+        left = dict(enumerate(tasks))
+        losses = dict.fromkeys(left, 0)
+        while left:
+            try:
+                for number, outcome in self._results(left, losses):
+                    yield left.pop(number), outcome
+            except self._dask.lost:
+                self._reconnect()
+
+    def _results(
+        self, left: dict[int, Task], losses: dict[int, int]
+    ) -> Iterator[tuple[int, Outcome]]:
+        """Send what is left and yield what comes back; what a worker lost is only counted.
+
+        Raises:
+            One of ``lost``: the scheduler is gone.
+        """
+        code = code_version()
+        sent = {
+            self._client.submit(remote_run, task.to_dict(), code, pure=False, retries=0): number
+            for number, task in left.items()
+        }
+        try:
+            for future in self._dask.as_completed(list(sent), loop=self._client.loop):
+                number = sent[future]
+                if future.status == "finished":
+                    yield number, _checked(future.result(timeout=CONNECT_S), code)
+                elif future.status == "error":
+                    losses[number] = _counted(losses[number], future)
+                else:  # lost, cancelled: the scheduler has forgotten it
+                    raise OSError("the scheduler was lost")
+        finally:
+            self._forget(sent)
+
+    def _forget(self, sent: dict[Any, int]) -> None:
+        """Call back what is still under way; a scheduler that is gone has nothing to forget."""
+        try:
+            self._client.cancel([future for future in sent if not future.done()], force=True)
+        except self._dask.lost:
+            return
+
+    def _connect(self) -> Any:
+        return self._dask.module.Client(
+            self.address, timeout=CONNECT_S, set_as_default=False, name="gm-ompl"
+        )
+
+    def _reconnect(self) -> None:
+        """Wait for a scheduler at the same address.
+
+        Raises:
+            GmOmplError: none comes.
+        """
+        self.close()
+        end = time.monotonic() + RECONNECT_S
+        while True:
+            try:
+                self._client = self._connect()
+                return
+            except OSError as error:
+                if time.monotonic() > end:
+                    raise GmOmplError(f"{self.address}: the scheduler was lost: {error}") from None
+                time.sleep(1.0)
+
+    def close(self) -> None:
+        """Leave the cluster; it stays up."""
+        try:
+            self._client.close(timeout=CONNECT_S)
+        except self._dask.lost:
+            return
+
+
+def _checked(outcome: Outcome, code: str) -> Outcome:
+    if "code" in outcome:
+        raise GmOmplError(
+            f"a worker has version {outcome['code']} of the code that plans, here it is {code}; "
+            "install the same on all machines"
+        )
+    return outcome
+
+
+def _counted(losses: int, future: Any) -> int:
+    """Return the number of a run's losses with this one.
+
+    Raises:
+        GmOmplError: it is one too many.
+    """
+    if losses + 1 >= ATTEMPTS:
+        raise GmOmplError(f"a run failed on the cluster again and again: {future.exception()!r}")
+    return losses + 1
+
+
+def secured(address: str, tls: bool) -> str:
+    """Return the address with its protocol.
+
+    Args:
+        address: with or without protocol.
+        tls: whether dask's configuration names certificates.
+
+    Raises:
+        InputError: it is no address, or would be spoken to without TLS outside this machine.
+    """
+    scheme, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if scheme not in ("", "tcp", "tls") or not host or not port.isdecimal():
+        raise InputError(f"--executor dask://{address}: must be dask://HOST:PORT")
+    scheme = scheme or ("tls" if tls else "tcp")
+    if scheme == "tls" and not tls:
+        raise InputError(
+            f"--executor dask://{address}: dask's configuration names no certificates; set "
+            "distributed.comm.tls.ca-file and distributed.comm.tls.client.cert and .key"
+        )
+    if scheme == "tcp" and not _loopback(host):
+        raise InputError(
+            f"--executor dask://{address}: without TLS only this machine is spoken to (whoever "
+            "reaches a scheduler runs code on it); configure TLS for dask, or open a tunnel: "
+            f"ssh -L {port}:localhost:{port} {host}"
+        )
+    return f"{scheme}://{place}"
+
+
+def _loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+@final
+class _Distributed:
+    """What is used of distributed, and the errors that a lost scheduler shows itself by."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self.module = module
+        self.as_completed: Callable[..., Any] = module.as_completed
+        # Of the module's own, closed connections are OSErrors.
+        self.lost = (OSError, TimeoutError, concurrent.futures.CancelledError)
+
+
+def _distributed() -> _Distributed:
+    try:
+        import distributed
+    except ImportError:
+        raise MissingExtraError("dask.distributed", "cluster") from None
+    return _Distributed(distributed)
+
+
+def _tls_configured(dask: _Distributed) -> bool:
+    """Whether dask's configuration has the certificates that a client needs."""
+    security = dask.module.Security()
+    return bool(security.tls_ca_file and security.tls_client_cert and security.tls_client_key)

@@ -1,0 +1,132 @@
+"""How good parameters are: measures of runs, and how one setting gains on another.
+
+A measure is a positive number per run, small being good; a run without a plan counts as ten times
+what it had spent. Runs are averaged by their logarithms, so that a factor counts alike on easy and
+hard scenarios, and scenarios in any unit go together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gm_ompl.study.store import Record
+from gm_ompl.study.summary import CONFIDENCE, RESAMPLES, SEED, Samples
+
+PENALTY = 10.0
+"""A run without a plan counts as this many times what it had spent, or as this cost."""
+
+LEAST_S = 1e-4
+"""Times below this are noise [s]."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """One setting against another.
+
+    Attributes:
+        factor: geometric mean of the measure with the old setting over that with the new.
+        low: lower end of its 95% bootstrap interval.
+        high: upper end.
+        solved: shares of runs with a plan, of the old and of the new setting.
+    """
+
+    factor: float
+    low: float
+    high: float
+    solved: tuple[float, float]
+
+    @property
+    def supported(self) -> bool:
+        """Whether the new setting is better with confidence."""
+        return self.low > 1.0
+
+
+Reference = Mapping[str, float]
+
+
+def _decisions(run: Record, _: Reference) -> float:
+    if run.first_plan_decisions is not None:
+        return max(1.0, run.first_plan_decisions)
+    return PENALTY * max(1.0, run.mode_decisions or 0)
+
+
+def _time(run: Record, _: Reference) -> float:
+    if run.first_plan_s is not None:
+        return max(LEAST_S, run.first_plan_s)
+    return PENALTY * max(LEAST_S, run.search_s or run.wall_s)
+
+
+def _cost(run: Record, reference: Reference) -> float | None:
+    if run.scenario_key not in reference:
+        return None
+    return PENALTY if run.cost is None else run.cost / reference[run.scenario_key]
+
+
+MEASURES: Mapping[str, Callable[[Record, Reference], float | None]] = {
+    "decisions": _decisions, "time": _time, "cost": _cost,
+}  # fmt: skip
+"""Mode decisions to the first plan, which no machine changes; time to it [s]; cost of the best
+plan over the defaults' mean, on scenarios that they have planned."""
+
+
+def _references(base: Sequence[Record]) -> dict[str, float]:
+    """Return the geometric mean of the costs by scenario, where there is one."""
+    costs: dict[str, list[float]] = {}
+    for run in base:
+        if run.cost:
+            costs.setdefault(run.scenario_key, []).append(math.log(run.cost))
+    return {key: math.exp(float(np.mean(logs))) for key, logs in costs.items()}
+
+
+def _logs(name: str, runs: Sequence[Record], reference: Reference) -> dict[str, Samples]:
+    """Return the logarithms of a measure by scenario."""
+    logs: dict[str, list[float]] = {}
+    for run in runs:
+        value = MEASURES[name](run, reference)
+        if value is not None:
+            logs.setdefault(run.scenario_key, []).append(math.log(value))
+    return {key: np.array(values) for key, values in logs.items()}
+
+
+def score(name: str, runs: Sequence[Record], base: Sequence[Record]) -> float:
+    """Return the geometric mean of a measure over runs.
+
+    Args:
+        name: of the measure.
+        runs: what is scored.
+        base: the same runs with the defaults, which costs are taken relative to.
+    """
+    logs = _logs(name, runs, _references(base))
+    return math.exp(float(np.mean(np.concatenate(list(logs.values()))))) if logs else 1.0
+
+
+def gain(name: str, old: Sequence[Record], new: Sequence[Record]) -> Gain:
+    """Return how the new setting's runs gain on the old one's, on the same scenarios.
+
+    Scenarios are drawn anew, for both settings the same, then runs within each.
+    """
+    reference = _references(old)
+    sides = _logs(name, old, reference), _logs(name, new, reference)
+    pairs = [(sides[0][key], sides[1][key]) for key in sides[0] if key in sides[1]]
+    solved = tuple(float(np.mean([run.solved for run in side])) for side in (old, new))
+    shares = (solved[0], solved[1])
+    if not pairs:
+        return Gain(1.0, 0.0, math.inf, shares)
+    means = np.array([a.mean() - b.mean() for a, b in pairs])
+    rng = np.random.default_rng(SEED)
+    # (scenarios, resamples): each scenario's difference with its runs drawn anew.
+    drawn = np.array([_drawn(rng, a) - _drawn(rng, b) for a, b in pairs])
+    chosen = rng.integers(len(pairs), size=(len(pairs), RESAMPLES))
+    spread = np.sort(np.take_along_axis(drawn, chosen, axis=0).mean(axis=0))
+    tail = (1.0 - CONFIDENCE) / 2.0
+    ends = spread[int(tail * RESAMPLES)], spread[int((1.0 - tail) * RESAMPLES) - 1]
+    low, high = (math.exp(float(end)) for end in ends)
+    return Gain(math.exp(float(means.mean())), low, high, shares)
+
+
+def _drawn(rng: np.random.Generator, sample: Samples) -> Samples:
+    return np.asarray(rng.choice(sample, (RESAMPLES, sample.size)).mean(axis=1))

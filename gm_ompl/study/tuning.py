@@ -1,0 +1,255 @@
+"""Tuning a planner's declared parameters: the only import of optuna.
+
+Trials are made one after the other, each trial's runs on all workers. What a trial tries depends on
+the trials finished before it and on its place among them alone. So a study that was killed goes on
+as if nothing had happened: finished trials come from its journal, finished runs from the store.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.planners.parameters import Parameter, Value
+from gm_ompl.planners.registry import PLANNERS, make_planner
+from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.study.compare import compare, make_tasks
+from gm_ompl.study.scores import MEASURES, Gain, gain, score
+from gm_ompl.study.store import Record, Store
+from gm_ompl.study.task import Limits, Task, code_version
+from gm_ompl.study.workers import Executor
+
+OBJECTIVES: Mapping[str, tuple[str, ...]] = {
+    **{name: (name,) for name in MEASURES}, "both": ("decisions", "cost"),
+}  # fmt: skip
+"""What may be asked for, and the measures that are then made small."""
+
+FRESH = 1_000_000
+"""Held-out runs have seeds from here on: no trial was chosen by them."""
+
+Values: TypeAlias = dict[str, Value]
+Watch: TypeAlias = Callable[[int, int], None]
+"""Called with (trials finished, trials in all)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """What is tuned, on what, by what.
+
+    Attributes:
+        planner: its name.
+        training: scenarios that trials are scored on.
+        held_out: scenarios that the winner is scored on.
+        seeds: runs per scenario and trial.
+        limits: of each run.
+        objective: a key of ``OBJECTIVES``.
+        trials: how many.
+        seed: of the search over parameters.
+    """
+
+    planner: str
+    training: Sequence[Scenario]
+    held_out: Sequence[Scenario]
+    seeds: int
+    limits: Limits
+    objective: str
+    trials: int
+    seed: int
+
+    def __post_init__(self) -> None:
+        shared = {s.name for s in self.training} & {s.name for s in self.held_out}
+        if shared or not self.held_out:
+            wrong = ", ".join(sorted(shared)) or "none"
+            raise InputError(f"--hold-out: {wrong}: name scenarios that are not trained on")
+        make_planner(self.planner)
+        if not searched(PLANNERS[self.planner].parameters):
+            raise InputError(f"--planner {self.planner}: has no parameters to tune")
+
+    def tasks(self, parameters: Values, *, held_out: bool = False) -> tuple[Task, ...]:
+        """Return the runs with these parameters."""
+        scenarios = self.held_out if held_out else self.training
+        made = make_tasks(
+            scenarios, [self.planner], self.seeds, self.limits, {self.planner: parameters}
+        )
+        return tuple(replace(task, seed=task.seed + FRESH) for task in made) if held_out else made
+
+    @property
+    def key(self) -> str:
+        """What decides the study's course, hashed: studies of one journal are told apart by it."""
+        tasks = [task.to_dict() for task in self.tasks({})]
+        text = json.dumps([tasks, self.objective, self.seed, code_version()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A finished trial: its parameters, and its value of every measure of the objective."""
+
+    parameters: Values
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What tuning found.
+
+    Attributes:
+        trials: all, in order; the first has the defaults.
+        best: the winner's place among them.
+        front: places of the trials that no other beats in every measure.
+        importances: see ``importances``.
+        gains: per measure, the winner against the defaults on the held-out scenarios.
+    """
+
+    trials: tuple[Trial, ...]
+    best: int
+    front: tuple[int, ...]
+    importances: Mapping[str, float]
+    gains: Mapping[str, Gain]
+
+
+def searched(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """Return the parameters with a finite range of values to search; the rest keep defaults."""
+    return tuple(
+        parameter
+        for parameter in parameters
+        if parameter.kind in (bool, str) or None not in (parameter.low, parameter.high)
+    )
+
+
+def tune(
+    design: Design, store: Store, executor: Executor, journal: Path, watch: Watch | None = None
+) -> Tuned:
+    """Make the trials that the journal does not hold yet, and score the winner.
+
+    Raises:
+        MissingExtraError: optuna is not installed.
+    """
+    optuna = _optuna()
+    study = _study(optuna, design, journal)
+    base = compare(design.tasks({}), store, executor)
+    finished = _finished(optuna, study)
+    while len(finished) < design.trials:
+        if watch is not None:
+            watch(len(finished), design.trials)
+        trial = _ask(optuna, study, design, len(finished))
+        values = _suggested(trial, PLANNERS[design.planner].parameters)
+        records = compare(design.tasks(values), store, executor)
+        study.tell(trial, [score(name, records, base) for name in OBJECTIVES[design.objective]])
+        finished = _finished(optuna, study)
+    if watch is not None:
+        watch(len(finished), design.trials)
+    trials = tuple(Trial(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
+    front = _front(trials)
+    best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
+    return Tuned(trials, best, front, importances(trials), _gains(
+        design, trials[best].parameters, store, executor
+    ))  # fmt: skip
+
+
+def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
+    """Return the gain in every measure on the held-out scenarios."""
+    sides: list[tuple[Record, ...]] = [
+        compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
+    ]
+    return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
+
+
+def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
+    """Return the places of the trials that no other beats or equals in every measure."""
+
+    def beaten(place: int) -> bool:
+        own = trials[place].values
+        return any(
+            all(a <= b for a, b in zip(other.values, own, strict=True))
+            and (other.values != own or rank < place)
+            for rank, other in enumerate(trials)
+            if rank != place
+        )
+
+    return tuple(place for place in range(len(trials)) if not beaten(place))
+
+
+def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
+    """Open or begin the study; a trial that was under way when it was killed is given up."""
+    backend = optuna.storages.journal.JournalFileBackend(str(journal))
+    study = optuna.create_study(
+        storage=optuna.storages.JournalStorage(backend),
+        study_name=design.key,
+        directions=["minimize"] * len(OBJECTIVES[design.objective]),
+        load_if_exists=True,
+    )
+    state = optuna.trial.TrialState
+    for trial in study.get_trials(states=(state.RUNNING,)):
+        study.tell(trial.number, state=state.FAIL)
+    return study
+
+
+def _finished(optuna: ModuleType, study: Any) -> list[Any]:
+    trials: list[Any] = study.get_trials(states=(optuna.trial.TrialState.COMPLETE,))
+    return trials
+
+
+def _ask(optuna: ModuleType, study: Any, design: Design, place: int) -> Any:
+    """Return the next trial; the first has the defaults."""
+    parameters = searched(PLANNERS[design.planner].parameters)
+    # Seeded by its place: what a killed call had drawn does not matter.
+    study.sampler = optuna.samplers.TPESampler(seed=design.seed * 1_000_003 + place)
+    if place == 0 and not study.get_trials(states=(optuna.trial.TrialState.WAITING,)):
+        study.enqueue_trial({parameter.name: parameter.default for parameter in parameters})
+    return study.ask()
+
+
+def _suggested(trial: Any, parameters: Sequence[Parameter]) -> Values:
+    values: Values = {}
+    for parameter in searched(parameters):
+        if parameter.kind in (bool, str):
+            choices = parameter.choices if parameter.kind is str else (False, True)
+            values[parameter.name] = trial.suggest_categorical(parameter.name, choices)
+            continue
+        suggest = trial.suggest_int if parameter.kind is int else trial.suggest_float
+        assert parameter.low is not None and parameter.high is not None
+        low, high = parameter.kind(parameter.low), parameter.kind(parameter.high)
+        by_factors = parameter.logarithmic and parameter.low > 0
+        values[parameter.name] = suggest(parameter.name, low, high, log=by_factors)
+    return values
+
+
+def importances(trials: Sequence[Trial]) -> dict[str, float]:
+    """Return, per parameter, how much of the first measure it explains alone; largest first.
+
+    That is the share of the variance of the measure's logarithm that a parabola in the parameter's
+    rank accounts for: 0 where nothing differs, 1 where nothing else matters.
+    """
+    y = np.log([trial.values[0] for trial in trials])
+    y = y - y.mean()
+    shares = {}
+    for name in trials[0].parameters:
+        values = [trial.parameters[name] for trial in trials]
+        _, ranks = np.unique(np.array(values), return_inverse=True)
+        x = ranks / max(1, ranks.max())
+        basis = np.stack([np.ones(len(x)), x, x * x], axis=1)
+        rest = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
+        spread = float(y @ y)
+        shares[name] = max(0.0, 1.0 - float(rest @ rest) / spread) if spread > 0.0 else 0.0
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def _optuna() -> ModuleType:
+    try:
+        import optuna
+    except ImportError:
+        raise MissingExtraError("optuna", "tune") from None
+    optuna.logging.set_verbosity(logging.WARNING)
+    module: ModuleType = optuna
+    return module
