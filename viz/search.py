@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from gm_ompl.errors import InputError
+from gm_ompl.graph.sets import PlacementSets
 
 from .canvas import COLUMN, new_figure, title
 from .story import Story
@@ -84,7 +85,8 @@ def _trace(records: list[dict[str, Any]]) -> Trace:
             case "vertex":
                 number = int(record["number"])
                 vertices[number] = {
-                    "q": _floats(record["q"]), **_rest(record, "parent", "kind", "tree")
+                    "q": _floats(record["q"]), "placements": tuple(map(int, record["placements"])),
+                    **_rest(record, "parent", "kind", "tree"),
                 }  # fmt: skip
             case "end" if record["history"]:
                 history = [(float(t), cost, bound) for t, cost, bound in record["history"]]
@@ -137,6 +139,9 @@ def _bounds(ax: Any, history: tuple[tuple[float, float | None, float | None], ..
         if points:
             x, y = zip(*points, strict=True)
             ax.step([*x, end], [*y, y[-1]], where="post", color=colour, linestyle=line, label=label)
+            if column == 1:  # a first plan that ends the search would be a line of no length
+                ax.scatter(x[:1], y[:1], s=9.0, color=colour, clip_on=False)
+    ax.set_xlim(0.0, 1.02 * end or 1.0)
     ax.set_xlabel("time [s]")
     ax.set_ylabel("cost")
     if ax.lines:
@@ -161,17 +166,41 @@ def _expansions(ax: Any, story: Story, trace: Trace) -> None:
         ax.axhline(story.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan")
     ax.set_xlabel(f"{story.problem.motion.names[0]} (light: early, dark: late)")
     ax.set_ylabel("bound when expanded")
-    _legend_above(ax)
+    for handle in _legend_above(ax).legend_handles:
+        if hasattr(handle, "set_array"):  # the reasons differ by marker, not by shade
+            handle.set_array(None)
+            handle.set_color("0.2")
+
+
+class _Sets:
+    """Numbers sets of placements as they are met; interchangeable fingers are not told apart."""
+
+    def __init__(self, story: Story) -> None:
+        self._hand = story.problem.fingers
+        self._sets = PlacementSets(self._hand.groups())
+        self._rows: dict[tuple[int, ...], int] = {}
+
+    def row(self, placements: tuple[int, ...]) -> float:
+        """Return the number of a set given as rows of the placement table."""
+        fits = len(placements) == self._hand.count
+        known = self._sets.canonical(placements) if fits else placements
+        return float(self._rows.setdefault(known, len(self._rows)))
+
+    def row_of(self, places: Sequence[Any]) -> float:
+        """Return the number of a set as a plan's step names it."""
+        rows = (self._hand.placements.find(place.face, place.cell) for place in places)
+        return self.row(tuple(-1 if row is None else row for row in rows))
 
 
 def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> None:
-    """Draw the trees over the object's coordinates: x and y, or s against the order of growth."""
+    """Draw the trees over the object's coordinates: x and y, or s and sets of placements."""
     from matplotlib.collections import LineCollection
 
     flat = len(story.problem.motion.names) > 1
+    sets = _Sets(story)
     place = {
-        number: (row["q"][0], row["q"][1] if flat else float(k))
-        for k, (number, row) in enumerate(vertices.items())
+        number: (row["q"][0], row["q"][1] if flat else sets.row(row["placements"]))
+        for number, row in vertices.items()
     }
     looks = {
         ("displacement", "start"): ("#0072b2", "-"), ("regrasp", "start"): ("#d55e00", ":"),
@@ -184,12 +213,12 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
             if row["parent"] in place and (row["kind"], row["tree"]) == (kind, tree)
         ]
         if lines:
-            label = f"{kind} ({tree} tree)"
+            label = kind if tree == "start" else f"{kind}, goal's tree"
             ax.add_collection(
                 LineCollection(lines, colors=colour, linestyles=line, linewidths=0.5, label=label)
             )
     points = np.array(list(place.values()))
-    ax.scatter(points[:, 0], points[:, 1], s=2.0, color="0.2", rasterized=len(points) > 5000)
+    ax.scatter(points[:, 0], points[:, 1], s=1.0, color="0.2", rasterized=len(points) > 5000)
     regrasps = [place[n] for n, row in vertices.items() if row["kind"] == "regrasp"]
     if regrasps:  # where the object rests, such an edge has no length to be seen
         ax.scatter(
@@ -197,18 +226,21 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
             linewidths=0.6, label="after a regrasp",
         )  # fmt: skip
     steps = [step for step in story.plan.steps if step.kind == "displacement"]
-    if flat and steps:
-        way = np.array([steps[0].from_, *(step.to for step in steps)])
-        ax.plot(way[:, 0], way[:, 1], color="black", linewidth=1.6, label="plan")
+    if steps:
+        ends = [(q, step.placements) for step in steps for q in (step.from_, step.to)]
+        way = np.array([(q[0], q[1] if flat else sets.row_of(places)) for q, places in ends])
+        ax.plot(way[:, 0], way[:, 1], color="0.75", linewidth=3.0, zorder=0.5, label="plan")
     names = story.problem.motion.names
     ax.set_xlabel(names[0])
-    ax.set_ylabel(names[1] if flat else "vertex, in order of growth")
+    ax.set_ylabel(names[1] if flat else "set of placements, as met")
+    if not flat:
+        ax.yaxis.get_major_locator().set_params(integer=True)
     ax.autoscale_view()
     _legend_above(ax)
 
 
-def _legend_above(ax: Any) -> None:
-    """Put the legend where no data can be."""
-    ax.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, columnspacing=1.0
+def _legend_above(ax: Any) -> Any:
+    """Put the legend where no data can be; return it."""
+    return ax.legend(
+        loc="lower left", bbox_to_anchor=(-0.1, 1.0), ncols=2, frameon=False, columnspacing=1.0
     )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gm_ompl.viz.canvas import styled
-from gm_ompl.viz.search import read_trace, search_figure
+from gm_ompl.viz.search import Trace, read_trace, search_figure
 from gm_ompl.viz.story import tell
 from typer.testing import CliRunner
 
@@ -91,6 +91,33 @@ def test_the_figure_draws_what_was_told(traced: Path, slide: Plan) -> None:
     assert (drawn["renewed"], drawn["judged"]) == (1, 2)
     edges = [segment for c in figure.axes[-1].collections for segment in _segments(c)]
     assert sorted(np.array(e)[1, 0] for e in edges) == [0.5, 0.5]
+
+
+def test_a_tree_is_drawn_over_sets_of_placements(slide: Plan) -> None:
+    """One row per set: displacements run along it, a regrasp across; equal fingers are one."""
+    rows = {
+        0: _row(0.0, (1, 2), None, "root"),
+        1: _row(0.5, (1, 2), 0, "displacement"),
+        2: _row(0.5, (1, 3), 1, "regrasp"),
+        3: _row(1.0, (3, 1), None, "root") | {"tree": "goal"},
+    }
+    with styled():
+        figure = search_figure(tell(slide), Trace({}, (), (), rows))
+    edges = {c.get_label(): np.array(_segments(c)) for c in figure.axes[-1].collections}
+    assert edges["displacement"].tolist() == [[[0.0, 0.0], [0.5, 0.0]]]
+    assert edges["regrasp"].tolist() == [[[0.5, 0.0], [0.5, 1.0]]]
+    points = next(c for c in figure.axes[-1].collections if len(c.get_offsets()) == 4)
+    assert points.get_offsets()[3].tolist() == [1.0, 1.0]
+    figure.canvas.draw()
+    legend = figure.axes[-1].get_legend().get_window_extent()
+    assert figure.bbox.x0 <= legend.x0
+    assert legend.x1 <= figure.bbox.x1
+    assert figure.axes[-1].bbox.width > 0.6 * figure.bbox.width
+
+
+def _row(s: float, placements: tuple[int, ...], parent: int | None, kind: str) -> dict[str, Any]:
+    where = {"q": (s,), "placements": placements}
+    return {**where, "parent": parent, "kind": kind, "tree": "start"}
 
 
 def _segments(collection: Any) -> list[Any]:
