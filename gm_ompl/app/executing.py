@@ -6,15 +6,18 @@ import math
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import DisturbanceReport, Largest, disturb, largest
+from gm_ompl.simulation.disturb import DisturbanceReport, disturb
 from gm_ompl.simulation.execute import Setup, perform, prepare
+from gm_ompl.simulation.largest import Largest, largest
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import load
+from gm_ompl.simulation.probe import ProbeReport, probe
 from gm_ompl.simulation.report import ExecutionReport, plain
 from gm_ompl.simulation.vary import VariationReport, vary
 from gm_ompl.simulation.video import Film
@@ -29,6 +32,7 @@ class ExecuteRequest:
 
     plan_file: Path
     seed: int
+    probe: int
     disturb: float | None
     largest: int | None
     vary: float | None
@@ -52,25 +56,57 @@ def execute_command(request: ExecuteRequest) -> Exit:
         from gm_ompl.viz.execution import draw_execution
 
         draw_execution(measured, plot)
-    disturbed = _disturbed(setup, request)
-    reached = _largest(setup, request)
-    varied = _varied(setup, request)
+    tests = _Tests(
+        probe(setup, request.probe) if request.probe else None,
+        _disturbed(setup, request),
+        _largest(setup, request),
+        _varied(setup, request),
+    )
+    holds = report.holds and all(share >= ENOUGH for share in tests.shares())
     if request.as_json:
-        whole = report.to_dict()
-        whole["disturbances"] = None if disturbed is None else disturbed.to_dict()
-        whole["largest"] = plain([asdict(place) for place in reached])
-        whole["variation"] = None if varied is None else varied.to_dict()
-        say_json(whole)
+        say_json(_as_json(report, tests, holds))
     else:
-        for part in (report, disturbed, varied):
-            if part is not None:
-                say(part.table())
-        for place in reached:
-            say(place.line())
+        _say(report, tests, holds)
         for path in (request.video, request.plot):
             if path is not None:
                 note(f"written to {path}")
-    return Exit.OK if _holds(report, disturbed, varied) else Exit.REFUTED
+    return Exit.OK if holds else Exit.REFUTED
+
+
+@dataclass(frozen=True)
+class _Tests:
+    """What was tried beyond playing back; None where it was not asked for."""
+
+    probed: ProbeReport | None
+    disturbed: DisturbanceReport | None
+    reached: tuple[Largest, ...]
+    varied: VariationReport | None
+
+    def shares(self) -> list[float]:
+        """Return the share of the trials that succeed, per test."""
+        found = [part.share for part in (self.probed, self.disturbed) if part is not None]
+        return found + ([] if self.varied is None else [self.varied.success])
+
+
+def _as_json(report: ExecutionReport, tests: _Tests, holds: bool) -> dict[str, Any]:
+    whole = {**report.to_dict(), "holds": holds}
+    if tests.probed is not None:
+        whole["findings"] = [*whole["findings"], *tests.probed.findings]
+    parts = {
+        "probes": tests.probed, "disturbances": tests.disturbed, "variation": tests.varied,
+    }  # fmt: skip
+    whole |= {name: None if part is None else part.to_dict() for name, part in parts.items()}
+    whole["largest"] = plain([asdict(place) for place in tests.reached])
+    return whole
+
+
+def _say(report: ExecutionReport, tests: _Tests, holds: bool) -> None:
+    for part in (report, tests.probed, tests.disturbed, tests.varied):
+        if part is not None:
+            say(part.table())
+    for place in tests.reached:
+        say(place.line())
+    say("it holds" if holds else "it does NOT hold")
 
 
 def _check(request: ExecuteRequest) -> None:
@@ -81,6 +117,8 @@ def _check(request: ExecuteRequest) -> None:
     """
     if request.seed < 0:
         raise InputError(f"--seed {request.seed}: must be a whole number >= 0")
+    if request.probe < 0:
+        raise InputError(f"--probe {request.probe}: must be a whole number >= 0")
     if request.trials < 1:
         raise InputError(f"--trials {request.trials}: must be a whole number >= 1")
     fraction, percent = request.disturb, request.vary
@@ -106,11 +144,3 @@ def _varied(setup: Setup, request: ExecuteRequest) -> VariationReport | None:
     if request.vary is None:
         return None
     return vary(setup, request.vary / 100.0, request.trials, request.seed)
-
-
-def _holds(
-    report: ExecutionReport, disturbed: DisturbanceReport | None, varied: VariationReport | None
-) -> bool:
-    shares = [disturbed.share] if disturbed is not None else []
-    shares += [varied.success] if varied is not None else []
-    return report.holds and all(share >= ENOUGH for share in shares)

@@ -80,6 +80,10 @@ def export(
 def execute(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN.json", help="The plan to execute.")],
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of all trials.")] = 0,
+    probe: Annotated[
+        int,
+        typer.Option(metavar="N", help="Pulses where and in the direction in which z is weakest."),
+    ] = 5,
     disturb: Annotated[
         float | None,
         typer.Option(metavar="FRACTION", help="Put pulses of this fraction of z on it as well."),
@@ -124,6 +128,7 @@ def execute(
     request = ExecuteRequest(
         plan_file=plan_file,
         seed=seed,
+        probe=probe,
         disturb=disturb,
         largest=largest,
         vary=vary,

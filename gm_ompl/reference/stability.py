@@ -137,6 +137,27 @@ def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> 
     return Stability(least if least > NEGLIGIBLE else 0.0, f_com, direction, residual)
 
 
+def resistances(model: Statics, limits: Array, force: Array) -> Array:
+    """Return z_i, (76,): the largest multiple of each l_i that can be resisted.
+
+    Args:
+        model: the mechanics.
+        limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
+        force: (n,) bool, which fingers are force-controlled.
+
+    Returns:
+        0 where a direction cannot be resisted at all, or without equilibrium.
+    """
+    program = direction_program(model, limits, force)
+    solver, found = highs.Solver(program), np.zeros(len(DIRECTIONS))
+    for i in _GRAY:
+        rows = np.append(DIRECTIONS[i], np.zeros(model.fingers))
+        solution = solver.solve_for(np.where(np.isinf(program.row_lower), -np.inf, rows), rows)
+        if solution.status is LpStatus.OPTIMAL:
+            found[i] = 1.0 / solution.objective if solution.objective > NEGLIGIBLE else np.inf
+    return found
+
+
 def direction_program(model: Statics, limits: Array, force: Array) -> LinearProgram:
     """Build: minimise tau = 1/z_i subject to ``tau q + A k = l_i``, k >= 0, tau >= 0.
 

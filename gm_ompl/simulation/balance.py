@@ -65,7 +65,7 @@ def balance(
     """
     n = len(placements)
     down = [i for i in range(n) if i != lifted]
-    model = _model(problem, q, direction, placements, down)
+    model = statics_at(problem, q, direction, placements, down)
     forced = np.array([bool(force[i]) for i in down], dtype=bool)
     commanded = np.array([f_com[i] for i in down]) / model.scale
     forces, least, most = np.zeros((n, 3)), np.full(n, np.nan), np.full(n, np.nan)
@@ -79,13 +79,14 @@ def balance(
     return Balance(True, forces, least, most)
 
 
-def _model(
+def statics_at(
     problem: Problem,
     q: Array,
     direction: Array | None,
     placements: Sequence[PlacementRecord],
     down: Sequence[int],
 ) -> Statics:
+    """Return the mechanics of Sec. 2.2 at one place of a plan, the fingers ``down`` touching."""
     pose = problem.motion.pose(q)
     twist = None if direction is None else problem.motion.velocity(q, direction)
     touching = environment_contacts(problem.body, problem.environment, pose)

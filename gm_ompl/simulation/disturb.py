@@ -2,67 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import IntArray
 from gm_ompl.reference.stability import DIRECTIONS
-from gm_ompl.reference.statics import scaling_root
 from gm_ompl.simulation.execute import Setup
-from gm_ompl.simulation.measure import rotations
-from gm_ompl.simulation.physics import STEP
-from gm_ompl.simulation.play import Snapshot
+from gm_ompl.simulation.pulses import PULSE, REST, Disturber, Trial
 from gm_ompl.simulation.report import plain
 from gm_ompl.simulation.timeline import PHASES
 
-PULSE = 0.2
-"""Length of a pulse [s]; its strength rises and falls as a raised cosine."""
-
-REST = 0.3
-"""Time after the pulse until the object must be back [s]."""
-
-BACK = 0.01
-"""How near it must be, every corner, to where it would be without the pulse [D]."""
-
-STILL = 0.001
-"""Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""
-
-LADDER = (0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
-"""Strengths tried in turn for the largest withstood, over z."""
-
-AROUND = 19
-"""Directions in which each of them is tried: a quarter of the 76."""
-
 STEADY = 1e6
 """A margin above this many times the force unit is no number to scale a pulse by."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One pulse.
-
-    Attributes:
-        time: when it begins [s].
-        phase: what happens then.
-        direction: number of the direction l_i, or -1 for a random one.
-        strength: its peak in the norm (7), scenario's units.
-        z: the least stability margin that the plan states during the pulse.
-        offset: how far the object's farthest corner was from its place afterwards [D].
-        slip: how far a fingertip still moved over the object afterwards [D].
-        withstood: whether both are small.
-    """
-
-    time: float
-    phase: str
-    direction: int
-    strength: float
-    z: float
-    offset: float
-    slip: float
-    withstood: bool
 
 
 @dataclass(frozen=True)
@@ -115,85 +68,6 @@ def _name(direction: int) -> str:
     return "a random direction" if direction < 0 else f"direction {direction}"
 
 
-class Disturber:
-    """Puts pulses on an execution that has been played once without them.
-
-    Args:
-        setup: the plan, made ready.
-        instants: where pulses may begin.
-    """
-
-    def __init__(self, setup: Setup, instants: Sequence[int]) -> None:
-        self._setup, self._player = setup, setup.player()
-        self._root = np.linalg.inv(scaling_root(setup.problem.mass, setup.problem.inertia))
-        self._corners = setup.problem.body.vertices * setup.units.length
-        self._pulse, self._rest = round(PULSE / STEP), round(REST / STEP)
-        self._snapshots: dict[int, Snapshot] = {}
-        self._undisturbed: dict[int, Array] = {}
-        whole = self._pulse + self._rest
-        begins = set(instants)
-        for instant in sorted(begins | {begin + whole for begin in begins}):
-            self._player.play(until=instant)
-            if instant in begins:
-                self._snapshots[instant] = self._player.snapshot()
-            self._undisturbed[instant] = self._configuration()
-
-    def _configuration(self) -> Array:
-        """Return the object's corners, world frame, and the fingertips' centres, object frame."""
-        here = self._player.physics
-        rotation = rotations(here.quaternion[None])[0]
-        corners = self._corners @ rotation.T + here.position
-        tips = (here.centres - here.position) @ rotation
-        return np.concatenate([corners, tips])
-
-    def trial(self, instant: int, direction: Array, number: int, fraction: float) -> Trial:
-        """Put one pulse on the execution.
-
-        Args:
-            instant: where it begins; one of those given at the beginning.
-            direction: (6,), unit, in the scaled space of (6).
-            number: of the direction, or -1.
-            fraction: peak over z.
-        """
-        line, units = self._setup.timeline, self._setup.units
-        z = float(line.z[instant : instant + self._pulse].min())
-        peak = fraction * z * (self._root @ direction)
-        force, moment = units.force * peak[:3], units.force * units.length * peak[3:]
-
-        def wrench(k: int, quaternion: Array) -> Array | None:
-            if k >= instant + self._pulse:
-                return None
-            rotation = rotations(quaternion[None])[0]
-            share = (1.0 - np.cos(2.0 * np.pi * (k - instant) / self._pulse)) / 2.0
-            acting: Array = share * np.concatenate([rotation @ force, rotation @ moment])
-            return acting
-
-        self._player.resume(self._snapshots[instant])
-        judged = instant + self._pulse + self._rest
-        between = judged - self._rest // 2
-        self._player.play(until=between, wrench=wrench)
-        halfway = self._configuration()
-        self._player.play(until=judged, wrench=wrench)
-        end = self._configuration()
-        n, size = line.fingers, self._setup.world.size
-        off = end - self._undisturbed[judged]
-        offset = float(np.linalg.norm(off[: len(off) - n], axis=1).max()) / size
-        # A finger on its way elsewhere moves against the object in any case.
-        down = line.down[[min(k, len(line) - 1) for k in (between, judged)]].all(axis=0)
-        moved = np.linalg.norm((end - halfway)[len(off) - n :], axis=1)[down]
-        slip = float(moved.max(initial=0.0)) / size
-        return Trial(
-            time=float(line.time[instant]),
-            phase=PHASES[int(line.phase[instant])],
-            direction=number,
-            strength=fraction * z,
-            z=z,
-            offset=offset,
-            slip=slip,
-            withstood=offset <= BACK and slip <= STILL,
-        )
-
-
 def instants(setup: Setup, count: int, rng: np.random.Generator) -> IntArray:
     """Return instants, in order, drawn evenly from the first motion to the end of the last.
 
@@ -229,70 +103,3 @@ def disturb(setup: Setup, fraction: float, count: int, seed: int) -> Disturbance
         unit = direction / np.linalg.norm(direction)
         trials.append(disturber.trial(instant, unit, number, fraction))
     return DisturbanceReport(fraction, PULSE, REST, tuple(trials))
-
-
-@dataclass(frozen=True)
-class Largest:
-    """The largest disturbance withstood at one place of a plan.
-
-    Attributes:
-        time: when the pulses begin [s].
-        phase: what happens then.
-        z: the stability margin there.
-        fraction: the largest of ``LADDER`` up to which every pulse was withstood, in all directions
-            tried; 0 if the first was not.
-        direction: number of a direction in which the next was not withstood; -1 if all were.
-    """
-
-    time: float
-    phase: str
-    z: float
-    fraction: float
-    direction: int
-
-    def line(self) -> str:
-        """Return it as a line of text."""
-        lost = "" if self.direction < 0 else f"; direction {self.direction} first to be lost"
-        return (
-            f"  at {self.time:.2f} s ({self.phase}) z is {self.z:.3g}, withstood "
-            f"{self.fraction:g} z{lost}"
-        )
-
-
-def largest(setup: Setup, count: int, seed: int) -> tuple[Largest, ...]:
-    """Return the largest disturbances withstood at ``count`` random times.
-
-    Args:
-        setup: the plan, made ready.
-        count: number of times.
-        seed: of times and directions.
-    """
-    rng = np.random.default_rng(seed)
-    when = instants(setup, count, rng)
-    disturber = Disturber(setup, when.tolist())
-    found = []
-    for instant in when.tolist():
-        tried = rng.permutation(len(DIRECTIONS))[:AROUND].tolist()
-        reached, lost = 0.0, -1
-        for fraction in LADDER:
-            trials = (_try(disturber, instant, number, fraction) for number in tried)
-            lost = next((trial.direction for trial in trials if not trial.withstood), -1)
-            if lost >= 0:
-                break
-            reached = fraction
-        line = setup.timeline
-        found.append(
-            Largest(
-                time=float(line.time[instant]),
-                phase=PHASES[int(line.phase[instant])],
-                z=float(line.z[instant]),
-                fraction=reached,
-                direction=lost,
-            )
-        )
-    return tuple(found)
-
-
-def _try(disturber: Disturber, instant: int, number: int, fraction: float) -> Trial:
-    direction = DIRECTIONS[number] / np.linalg.norm(DIRECTIONS[number])
-    return disturber.trial(instant, direction, number, fraction)

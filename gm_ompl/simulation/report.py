@@ -104,7 +104,7 @@ class ExecutionReport:
 
     @property
     def holds(self) -> bool:
-        """Whether the plan could be executed."""
+        """Whether the plan could be played back."""
         return not self.findings
 
     def to_dict(self) -> dict[str, Any]:
@@ -129,7 +129,7 @@ class ExecutionReport:
         lines += [f"  {_finger(report, D)}" for report in self.fingers]
         lines += [f"note: {note}" for note in self.notes]
         lines += [f"NOT: {finding}" for finding in self.findings]
-        return "\n".join([*lines, "it holds" if self.holds else "it does NOT hold"])
+        return "\n".join(lines)
 
 
 def _of(value: float, size: float) -> str:

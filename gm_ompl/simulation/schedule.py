@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.model import PlacementRecord, Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.beats import Move, Run, beats
+from gm_ompl.simulation.hover import TOUCHING, Hover
 from gm_ompl.simulation.pace import Pace, between, progress, ramp
 from gm_ompl.simulation.timeline import PHASES, Timeline, joined, poses
-from gm_ompl.simulation.travel import Clearance, way
 
 TOUCH = 0.02
 """Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
@@ -80,8 +79,7 @@ class _Scheduler:
 
     def run(self) -> Timeline:
         everyone = np.ones(self.problem.fingers.count, dtype=bool)
-        off = np.full(self.problem.fingers.count, self.pace.clearance * self.size)
-        self._rest("settle", self.pace.settle, height=off)
+        self._rest("settle", self.pace.settle, off=self._offs(everyone))
         self._land("approach", everyone)
         for beat in self.beats:
             if isinstance(beat, Run):
@@ -175,23 +173,25 @@ class _Scheduler:
             self.notes.append(f"no forces balance in step {move.step}, finger {i} lifted")
         self._switch(force, f_com, rest.forces * self.lean)
         hand.share[i] = 0.0
-        pose = self.problem.motion.pose(self.q)
-        height = self._height(pose, i, hand.points[i], hand.normals[i])
-        lifted = np.zeros((self._samples(pace.lift), len(force)))
-        lifted[:, i] = height * ramp(len(lifted))
+        lifted = np.zeros((self._samples(pace.lift), len(force), 3))
+        lifted[:, i] = np.outer(ramp(len(lifted)), self._offs(np.arange(len(force)) == i)[i])
         hand.down[i] = False
-        self._rest("lift", pace.lift, height=lifted)
+        self._rest("lift", pace.lift, off=lifted)
         hand.limit[i], hand.f_com[i] = self.touch, 0.0
-        self._travel(pose, i, height, move.target)
+        self._travel(i, move.target, lifted[-1, i])
         self._land("land", np.arange(len(force)) == i)
 
-    def _travel(self, pose: Pose, i: int, height: float, target: PlacementRecord) -> None:
-        hand, radius = self.hand, float(self.problem.fingers.radius[i])
+    def _travel(self, i: int, target: PlacementRecord, off: Array) -> None:
+        """Bring the lifted finger ``i``, ``off`` its placement, to above its target."""
+        hand, radius, hover = self.hand, float(self.problem.fingers.radius[i]), self._hover()
         point, normal = np.array(target.point), np.array(target.normal)
-        start = pose.apply(hand.points[i] - (radius + height) * hand.normals[i])
-        above = self._height(pose, i, point, normal)
-        end = pose.apply(point - (radius + above) * normal)
-        corners = self._corners(pose, i, start, end, min(height, above))
+        start = hover.pose.apply(hand.points[i] - radius * hand.normals[i] + off)
+        end = hover.pose.apply(point - radius * normal + hover.off(i, point, normal))
+        corners = hover.way(i, start, end)
+        if corners is None:
+            text = f"step {self.step}: finger {i} finds no clear way to its new placement"
+            self.notes.append(text)
+            corners = np.array([start, end])
         hand.points[i], hand.normals[i] = point, normal
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         speed = self.pace.travel * self.size
@@ -203,68 +203,57 @@ class _Scheduler:
         path = np.concatenate(legs) if legs else corners[:1]
         self._add("travel", np.tile(self.q, (len(path), 1)), path=(i, path))
 
-    def _corners(self, pose: Pose, i: int, start: Array, end: Array, height: float) -> Array:
-        """Return the corners of a clear way; straight, with a note, if none is found."""
-        span = self.size + 4.0 * float(self.problem.fingers.radius.max())
-        for margin in (height / 2.0, height / 4.0, 0.0):
-            corners = way(self._clearance(pose, i, margin), start, end, span)
-            if corners is not None:
-                return corners
-        self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new placement")
-        return np.array([start, end])
+    def _hover(self) -> Hover:
+        pose, hand = self.problem.motion.pose(self.q), self.hand
+        height = self.pace.clearance * self.size
+        return Hover(self.problem, pose, hand.points, hand.normals, height)
 
-    def _height(self, pose: Pose, i: int, point: Array, normal: Array) -> float:
-        """Return how far finger ``i`` may stand off: less where something is in the way."""
-        radius, clear = float(self.problem.fingers.radius[i]), self._clearance(pose, i, 0.0)
-        wanted = self.pace.clearance * self.size
-        for height in wanted / 2.0 ** np.arange(6):
-            middle = pose.apply(point - (radius + height) * normal)
-            if clear.free(middle[None])[0]:
-                return float(height)
-        return float(wanted)
-
-    def _clearance(self, pose: Pose, i: int, margin: float) -> Clearance:
-        """Return where finger ``i`` may be while the others keep their placements."""
-        others, hand = [k for k in range(len(self.hand.points)) if k != i], self.hand
-        radii = self.problem.fingers.radius[others]
-        out = hand.points[others] - radii[:, None] * hand.normals[others]
-        return Clearance(self.problem, pose, i, pose.apply(out), radii, margin)
+    def _offs(self, which: BoolArray) -> Array:
+        """Return (n, 3), how the fingers ``which`` stand off, object frame; 0 for the others."""
+        hover, hand = self._hover(), self.hand
+        return np.array([
+            hover.off(i, hand.points[i], hand.normals[i]) if chosen else np.zeros(3)
+            for i, chosen in enumerate(which)
+        ])  # fmt: skip
 
     def _land(self, phase: str, which: BoolArray) -> None:
         """Bring fingers down to their placements, and a little beyond until they feel it."""
-        pose, hand = self.problem.motion.pose(self.q), self.hand
-        heights = np.array([
-            self._height(pose, i, hand.points[i], hand.normals[i]) if which[i] else 0.0
-            for i in range(len(which))
-        ])  # fmt: skip
+        hand, offs = self.hand, self._offs(which)
         falling = ramp(self._samples(self.pace.lift))[:, None]
+        beside = np.abs((offs * hand.normals).sum(axis=1)) <= TOUCHING * self.size
+        if (offs[beside] != 0.0).any():
+            # A finger that felt for the surface before it is there would land on an edge.
+            share = np.where(beside[:, None], 1.0 - falling[:, :, None], 1.0)
+            self._rest(phase, self.pace.lift, share * offs)
+            offs = np.where(beside[:, None], 0.0, offs)
         reach = self.pace.reach * self.size * which
         looking = np.tile(which.astype(float), (len(falling), 1))
-        lower, press = (1.0 - falling) * heights, falling * reach
+        lower, press = (1.0 - falling[:, :, None]) * offs, falling * reach
         self._rest(phase, self.pace.lift, lower, press=press, landing=looking)
         hand.down = hand.down | which
 
-    def _rest(
-        self, phase: str, seconds: float, height: Array | float = 0.0, **arrays: Array
-    ) -> None:
+    def _rest(self, phase: str, seconds: float, off: Array | float = 0.0, **arrays: Array) -> None:
         q = np.tile(self.q, (self._samples(seconds), 1))
-        self._add(phase, q, None, height, **arrays)
+        self._add(phase, q, None, off, **arrays)
 
     def _add(
         self,
         phase: str,
         q: Array,
         path: tuple[int, Array] | None = None,
-        height: Array | float = 0.0,
+        off: Array | float = 0.0,
         **arrays: Array,
     ) -> None:
-        """Append instants at coordinates ``q`` (K, d); what is not given stays as it is."""
+        """Append instants at coordinates ``q`` (K, d); what is not given stays as it is.
+
+        Fingertips are ``off`` (K, n, 3) where they touch, object frame.
+        """
         assert arrays.keys() <= Timeline.__dataclass_fields__.keys()
         K, hand = len(q), self.hand
         n = len(hand.points)
         position, rotation = poses(self.problem.motion, q)
-        out = self.problem.fingers.radius + np.broadcast_to(height, (K, n))
-        local = hand.points - out[..., None] * hand.normals
+        touching = hand.points - self.problem.fingers.radius[:, None] * hand.normals
+        local = touching + np.broadcast_to(off, (K, n, 3))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]

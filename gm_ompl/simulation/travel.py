@@ -34,7 +34,9 @@ class Clearance:
         finger: the finger that moves.
         others: (k, 3), centres of the other fingertips.
         other_radii: (k,).
-        margin: least distance kept.
+        margin: least distance kept; a touching fingertip is clear of what it touches up to a
+            negative one.
+        object_alone: whether floor and obstacles do not count.
     """
 
     def __init__(
@@ -45,17 +47,20 @@ class Clearance:
         others: Array,
         other_radii: Array,
         margin: float,
+        *,
+        object_alone: bool = False,
     ) -> None:
         self.margin = margin
         self._reach = float(problem.fingers.radius[finger]) + margin
-        self._floor = problem.environment.floor
+        self._floor = problem.environment.floor and not object_alone
         self._planes = [
             (p.face_normals @ pose.rotation.T,
              p.face_offsets + p.face_normals @ pose.rotation.T @ pose.position)
             for p in problem.body.pieces
         ]  # fmt: skip
         fixed: Sequence[Body] = [obstacle.body for obstacle in problem.environment.obstacles]
-        self._planes += [(p.face_normals, p.face_offsets) for body in fixed for p in body.pieces]
+        if not object_alone:
+            self._planes += [(p.face_normals, p.face_offsets) for b in fixed for p in b.pieces]
         self._others, self._apart = others, other_radii + self._reach
 
     def free(self, points: Array) -> BoolArray:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from gm_ompl.simulation.execute import Setup, execute
+from gm_ompl.simulation.execute import Setup, execute, least_z
 from gm_ompl.simulation.report import plain
-from gm_ompl.simulation.world import World, lifted, varied
+from gm_ompl.simulation.world import KINDS, World, lifted, varied
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,13 @@ class VariationReport:
 
     Attributes:
         share: the greatest error, 0.03 for three per cent.
+        kinds: what is off: ``KINDS`` or some of them.
         z: the smallest stability margin that the plan states.
         runs: one per seed.
     """
 
     share: float
+    kinds: tuple[str, ...]
     z: float
     runs: tuple[VariedRun, ...]
 
@@ -58,22 +61,24 @@ class VariationReport:
         """Return the report as lines of text."""
         held = sum(run.holds for run in self.runs)
         lines = [
-            f"model off by up to {100 * self.share:g}%: {held} of {len(self.runs)} executions hold "
-            f"({100 * self.success:.1f}%); least z {self.z:.4g}"
+            f"{', '.join(self.kinds)} off by up to {100 * self.share:g}%: {held} of "
+            f"{len(self.runs)} executions hold ({100 * self.success:.1f}%); least z {self.z:.4g}"
         ]
         lines += [f"  seed {r.seed}: {r.findings[0]}" for r in self.runs if not r.holds]
         return "\n".join(lines)
 
 
-def errant_world(setup: Setup, share: float, seed: int) -> World:
-    """Return a world whose friction, mass, size and finger places are off by up to ``share``."""
+def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] = KINDS) -> World:
+    """Return a world that is off by up to ``share`` in ``kinds``."""
     first = setup.timeline
     inward = np.einsum("ji,nj->ni", first.rotation[0], first.normal[0])
-    other = varied(setup.world, share, inward, np.random.default_rng(seed))
+    other = varied(setup.world, share, inward, np.random.default_rng(seed), kinds)
     return lifted(other, setup.world, first.rotation[0])
 
 
-def vary(setup: Setup, share: float, count: int, seed: int) -> VariationReport:
+def vary(
+    setup: Setup, share: float, count: int, seed: int, kinds: Sequence[str] = KINDS
+) -> VariationReport:
     """Execute a plan in ``count`` worlds that are off by up to ``share``.
 
     Position and angle may be off by that much more than otherwise.
@@ -83,12 +88,12 @@ def vary(setup: Setup, share: float, count: int, seed: int) -> VariationReport:
         share: 0.03 for three per cent.
         count: number of worlds, their seeds ``seed``, ``seed + 1``, ...
         seed: of the first.
+        kinds: which of ``KINDS`` are off.
     """
-    runs, least = [], 0.0
+    runs = []
     for number in range(seed, seed + count):
-        report = execute(setup, errant_world(setup, share, number), slack=share)
-        least = report.z
+        report = execute(setup, errant_world(setup, share, number, kinds), slack=share)
         runs.append(
             VariedRun(number, report.holds, report.findings, report.end_position, report.end_angle)
         )
-    return VariationReport(share, least, tuple(runs))
+    return VariationReport(share, tuple(kinds), least_z(setup.plan), tuple(runs))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,27 +71,38 @@ def world(problem: Problem, units: Units) -> World:
     )
 
 
-def varied(nominal: World, share: float, normals: Array, rng: np.random.Generator) -> World:
+KINDS = ("friction", "mass", "size", "place")
+"""What a model may be wrong in."""
+
+
+def varied(
+    nominal: World,
+    share: float,
+    normals: Array,
+    rng: np.random.Generator,
+    kinds: Collection[str] = KINDS,
+) -> World:
     """Return a world that differs from the model by up to ``share`` in what is hard to know.
 
     Each coefficient of friction, the mass and each side of the object are off by a factor drawn
-    evenly from 1 - share to 1 + share; each fingertip by up to ``share`` of the object's size D,
-    in its surface.
+    evenly from 1 - share to 1 + share; the place of each fingertip by up to ``share`` of the
+    object's size D, in its surface. The numbers drawn do not depend on ``kinds``.
 
     Args:
         nominal: the world as modelled.
         share: 0.03 for three per cent.
         normals: (n, 3), the first placements' normals, object frame.
         rng: where the errors come from.
+        kinds: which of ``KINDS`` are off; the others are as modelled.
     """
     n = len(nominal.radius)
 
-    def factor(count: int) -> Array:
+    def factor(count: int, kind: str) -> Array:
         drawn: Array = rng.uniform(1.0 - share, 1.0 + share, count)
-        return drawn
+        return drawn if kind in kinds else np.ones(count)
 
-    sides, heavier = factor(3), float(factor(1)[0])
-    shift = rng.uniform(-share, share, (n, 3)) * nominal.size
+    sides, heavier = factor(3, "size"), float(factor(1, "mass")[0])
+    shift = rng.uniform(-share, share, (n, 3)) * nominal.size * ("place" in kinds)
     shift -= np.einsum("ni,ni->n", shift, normals)[:, None] * normals
     # J of a body stretched along its axes, from its second moments.
     moments = np.trace(nominal.inertia) / 2.0 * np.eye(3) - nominal.inertia
@@ -101,8 +113,8 @@ def varied(nominal: World, share: float, normals: Array, rng: np.random.Generato
         pieces=tuple(piece * sides for piece in nominal.pieces),
         mass=heavier * nominal.mass,
         inertia=inertia,
-        friction=nominal.friction * factor(n),
-        environment_friction=nominal.environment_friction * float(factor(1)[0]),
+        friction=nominal.friction * factor(n, "friction"),
+        environment_friction=nominal.environment_friction * float(factor(1, "friction")[0]),
         offset=shift,
     )
 

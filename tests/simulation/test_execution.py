@@ -18,9 +18,12 @@ from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import Disturber, disturb
+from gm_ompl.simulation.disturb import disturb
 from gm_ompl.simulation.execute import Setup, execute, prepare
 from gm_ompl.simulation.physics import STEP, Physics
+from gm_ompl.simulation.probe import probe, resisted
+from gm_ompl.simulation.pulses import Disturber, shape
+from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.simulation.vary import errant_world
 from gm_ompl.simulation.world import World
 
@@ -70,27 +73,62 @@ def test_half_the_force_does_not_hold_the_box(
     assert any("slips" in finding for finding in answer["findings"])
 
 
-def _without_finger_0(draft: dict[str, Any]) -> None:
-    scenario = draft["scenario"]
-    scenario["fingers"]["count"] = 1
-    for section, key in [
-        ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "start"),
-        ("fingers", "goal"), ("friction", "finger"),
-    ]:  # fmt: skip
-        del scenario[section][key][0]
-    for step in draft["steps"]:
-        del step["placements"][0]
-        for segment in step["segments"]:
-            del segment["modes"][0], segment["f_com"][0]
+def _without(i: int) -> Callable[[dict[str, Any]], None]:
+    """Return the change that takes finger ``i`` away, from the scenario as well."""
+
+    def tamper(draft: dict[str, Any]) -> None:
+        scenario = draft["scenario"]
+        scenario["fingers"]["count"] -= 1
+        for section, key in [
+            ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "start"),
+            ("fingers", "goal"), ("friction", "finger"),
+        ]:  # fmt: skip
+            del scenario[section][key][i]
+        for step in draft["steps"]:
+            del step["placements"][i]
+            for segment in step["segments"]:
+                del segment["modes"][i], segment["f_com"][i]
+
+    return tamper
+
+
+@pytest.mark.parametrize("tamper", [_halve, _without(1)], ids=["halved", "removed"])
+def test_a_finger_for_disturbances_alone_is_missed_by_them(
+    slide_plan: Plan, tampered: Tampered, tamper: Callable[[dict[str, Any]], None]
+) -> None:
+    """Without the pressing finger, or its force, the box is pushed home, but resists less than z.
+
+    The plan as it is withstands the same pulses.
+    """
+    setup = prepare(tampered(slide_plan, tamper))
+    assert execute(setup).holds
+    assert probe(setup, 2).lost
+    assert not probe(prepare(slide_plan), 2).lost
+
+
+def test_a_plan_owes_its_z_min(slide_plan: Plan, tampered: Tampered) -> None:
+    """A plan that honestly states a z below z_min is put to the test at z_min, and fails it."""
+
+    def ask_for_more(draft: dict[str, Any]) -> None:
+        draft["scenario"]["mechanics"]["z_min"] = 20.0  # three times its z
+
+    assert probe(prepare(tampered(slide_plan, ask_for_more)), 1).share == 0.0
+
+
+def test_the_weakest_direction_is_z_s(slide_plan: Plan) -> None:
+    """The least of the 76 resistances at an instant is the z that the plan states there."""
+    setup = prepare(slide_plan)
+    moving = np.flatnonzero(setup.timeline.phase == PHASES.index("move"))
+    instant = int(moving[len(moving) // 2])
+    found = resisted(setup, instant).min() * setup.problem.mass * setup.problem.mechanics.gravity
+    assert found == pytest.approx(setup.timeline.z[instant], rel=1e-6)
 
 
 def _without_margin(draft: dict[str, Any]) -> None:
     draft["steps"][1]["segments"][0]["z"] = 0.4  # z_min is 0.5
 
 
-@pytest.mark.parametrize(
-    ("tamper", "finding"), [(_without_finger_0, "ends"), (_without_margin, "z_min")]
-)
+@pytest.mark.parametrize(("tamper", "finding"), [(_without(0), "ends"), (_without_margin, "z_min")])
 def test_wrong_plans_are_seen_to_fail(
     slide_plan: Plan, tampered: Tampered, tamper: Callable[[dict[str, Any]], None], finding: str
 ) -> None:
@@ -115,6 +153,24 @@ def test_pulses_are_withstood_up_to_a_point_and_leave_no_trace(slide: Setup) -> 
     assert disturb(slide, 40.0, 2, 1).share < 1.0
     still = Disturber(slide, [4000]).trial(4000, np.eye(6)[0], -1, 0.0)
     assert still.offset == 0.0
+
+
+def test_a_pulse_lasts() -> None:
+    """It rises from 0, stays at its peak for a third of its 0.3 s, falls to 0 and is over."""
+    strengths = np.array([shape(k) for k in range(round(0.5 / STEP))])
+    assert strengths[0] == 0.0
+    assert (strengths == 1.0).sum() * STEP == pytest.approx(0.1, abs=0.002)
+    assert (strengths[round(0.3 / STEP) :] == 0.0).all()
+    assert np.abs(np.diff(strengths)).max() <= np.pi / 2.0 / 0.1 * STEP * 1.01
+
+
+def test_what_is_off_is_what_was_asked_for(slide: Setup) -> None:
+    """One kind of error alone leaves the others as modelled, and is the same as among all."""
+    every, alone = errant_world(slide, 0.05, 3), errant_world(slide, 0.05, 3, ("place",))
+    assert np.array_equal(every.offset, alone.offset)
+    assert alone.mass == slide.world.mass != every.mass
+    assert np.array_equal(alone.friction, slide.world.friction)
+    assert np.array_equal(alone.pieces[0], slide.world.pieces[0])
 
 
 def test_results_do_not_depend_on_the_unit(cork_plan: Plan, tampered: Tampered) -> None:
@@ -168,7 +224,18 @@ def test_a_film_is_made_without_a_display(slide_plan: Plan, tmp_path: Path) -> N
     """``--video`` writes a film whose pictures differ; ``--plot`` writes a picture."""
     path, film, plot = tmp_path / "plan.json", tmp_path / "film.gif", tmp_path / "forces.png"
     slide_plan.save(path)
-    command = ["execute", str(path), "--speed", "2", "--video", str(film), "--plot", str(plot)]
+    command = [
+        "execute",
+        str(path),
+        "--speed",
+        "2",
+        "--probe",
+        "0",
+        "--video",
+        str(film),
+        "--plot",
+        str(plot),
+    ]
     environment = {key: v for key, v in os.environ.items() if key not in ("DISPLAY", "MUJOCO_GL")}
     done = subprocess.run(
         [sys.executable, "-m", "gm_ompl", *command],

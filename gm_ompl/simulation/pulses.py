@@ -1,0 +1,141 @@
+"""One pulse of disturbance against an execution, and whether it is withstood."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.reference.statics import scaling_root
+from gm_ompl.simulation.execute import Setup
+from gm_ompl.simulation.measure import rotations
+from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.play import Snapshot
+from gm_ompl.simulation.timeline import PHASES
+
+RISE, HOLD = 0.1, 0.1
+"""A pulse rises as a raised cosine, stays, and falls likewise, in these times [s]."""
+
+PULSE = 2.0 * RISE + HOLD
+"""Its length [s]."""
+
+REST = 0.3
+"""Time after the pulse until the object must be back [s]."""
+
+BACK = 0.01
+"""How near it must be, every corner, to where it would be without the pulse [D]."""
+
+STILL = 0.001
+"""Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""
+
+
+def shape(instants: int) -> float:
+    """Return the strength of a pulse ``instants`` time steps after its beginning, peak 1."""
+    into = min(instants, round(PULSE / STEP) - instants) * STEP
+    return float((1.0 - np.cos(np.pi * min(max(into / RISE, 0.0), 1.0))) / 2.0)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One pulse.
+
+    Attributes:
+        time: when it begins [s].
+        phase: what happens then.
+        direction: number of the direction l_i, or -1 for a random one.
+        strength: its peak in the norm (7), scenario's units.
+        z: the least stability margin that the plan states during the pulse, at least its z_min.
+        offset: how far the object's farthest corner was from its place afterwards [D].
+        slip: how far a fingertip still moved over the object afterwards [D].
+        withstood: whether both are small.
+    """
+
+    time: float
+    phase: str
+    direction: int
+    strength: float
+    z: float
+    offset: float
+    slip: float
+    withstood: bool
+
+
+class Disturber:
+    """Puts pulses on an execution that has been played once without them.
+
+    Args:
+        setup: the plan, made ready.
+        instants: where pulses may begin.
+    """
+
+    def __init__(self, setup: Setup, instants: Sequence[int]) -> None:
+        self._setup, self._player = setup, setup.player()
+        self._root = np.linalg.inv(scaling_root(setup.problem.mass, setup.problem.inertia))
+        self._corners = setup.problem.body.vertices * setup.units.length
+        self._pulse, self._rest = round(PULSE / STEP), round(REST / STEP)
+        self._snapshots: dict[int, Snapshot] = {}
+        self._undisturbed: dict[int, Array] = {}
+        whole = self._pulse + self._rest
+        begins = set(instants)
+        for instant in sorted(begins | {begin + whole for begin in begins}):
+            self._player.play(until=instant)
+            if instant in begins:
+                self._snapshots[instant] = self._player.snapshot()
+            self._undisturbed[instant] = self._configuration()
+
+    def _configuration(self) -> Array:
+        """Return the object's corners, world frame, and the fingertips' centres, object frame."""
+        here = self._player.physics
+        rotation = rotations(here.quaternion[None])[0]
+        corners = self._corners @ rotation.T + here.position
+        tips = (here.centres - here.position) @ rotation
+        return np.concatenate([corners, tips])
+
+    def trial(self, instant: int, direction: Array, number: int, fraction: float) -> Trial:
+        """Put one pulse on the execution.
+
+        Args:
+            instant: where it begins; one of those given at the beginning.
+            direction: (6,), in the scaled space of (6): unit, or an l_i itself.
+            number: of the direction, or -1.
+            fraction: peak over z, or over the z_min that every plan promises where that is more.
+        """
+        line, units = self._setup.timeline, self._setup.units
+        z = float(line.z[instant : instant + self._pulse].min())
+        z = max(z, self._setup.problem.mechanics.z_min)
+        peak = fraction * z * (self._root @ direction)
+        force, moment = units.force * peak[:3], units.force * units.length * peak[3:]
+
+        def wrench(k: int, quaternion: Array) -> Array | None:
+            if k >= instant + self._pulse:
+                return None
+            rotation = rotations(quaternion[None])[0]
+            acting: Array = np.concatenate([rotation @ force, rotation @ moment])
+            return shape(k - instant) * acting
+
+        self._player.resume(self._snapshots[instant])
+        judged = instant + self._pulse + self._rest
+        between = judged - self._rest // 2
+        self._player.play(until=between, wrench=wrench)
+        halfway = self._configuration()
+        self._player.play(until=judged, wrench=wrench)
+        end = self._configuration()
+        n, size = line.fingers, self._setup.world.size
+        off = end - self._undisturbed[judged]
+        offset = float(np.linalg.norm(off[: len(off) - n], axis=1).max()) / size
+        # A finger on its way elsewhere moves against the object in any case.
+        down = line.down[[min(k, len(line) - 1) for k in (between, judged)]].all(axis=0)
+        moved = np.linalg.norm((end - halfway)[len(off) - n :], axis=1)[down]
+        slip = float(moved.max(initial=0.0)) / size
+        return Trial(
+            time=float(line.time[instant]),
+            phase=PHASES[int(line.phase[instant])],
+            direction=number,
+            strength=fraction * z * float(np.linalg.norm(direction)),
+            z=z,
+            offset=offset,
+            slip=slip,
+            withstood=offset <= BACK and slip <= STILL,
+        )
