@@ -40,23 +40,23 @@ def _extremes(
 ) -> None:
     """Write the least and greatest weighted basic variable per right-hand side in the tableau.
 
-    Artificial variables count with both signs.
+    Artificial variables count with both signs. Side by side in memory are the right-hand sides,
+    but a minimum kept in a register beats one in memory, so rows are innermost.
     """
-    first = N + m
-    for j in range(S):
-        lo[j], hi[j] = 0.0, 0.0
+    first, real = N + m, True
     for r in range(m):
-        w = weights[r]
-        if basis[r] < N:
-            for j in range(S):
-                x = w * T[r, first + j]
-                lo[j] = x if x < lo[j] else lo[j]
-                hi[j] = x if x > hi[j] else hi[j]
-        else:
-            for j in range(S):
-                x = w * abs(T[r, first + j])
-                lo[j] = -x if -x < lo[j] else lo[j]
-                hi[j] = x if x > hi[j] else hi[j]
+        real = real and basis[r] < N
+    for j in range(S):
+        low, high = 0.0, 0.0
+        for r in range(m):
+            x = weights[r] * T[r, first + j]
+            low, high = min(low, x), max(high, x)
+        if not real:
+            for r in range(m):
+                if basis[r] >= N:
+                    x = weights[r] * abs(T[r, first + j])
+                    low, high = min(low, -x), max(high, x)
+        lo[j], hi[j] = low, high
 
 
 @inlined
@@ -94,11 +94,13 @@ def _close_bounded(
     _extremes(T, basis, m, N, S, weights, lo, hi)
     first = N + m
     for s in range(S):
-        code = 2 * slots[s]
-        if -lo[s] - d[first + s] <= enough:
-            open_[code] = False
-        if hi[s] + d[first + s] <= enough:
-            open_[code + 1] = False
+        tau, opposite = -lo[s] - d[first + s], hi[s] + d[first + s]
+        if min(tau, opposite) > enough:
+            continue
+        if tau <= enough:
+            open_[2 * slots[s]] = False
+        if opposite <= enough:
+            open_[2 * slots[s] + 1] = False
 
 
 @inlined
@@ -157,6 +159,8 @@ def _close_solved(
     first = N + m
     for s in range(S):
         slack = FEASIBLE * max(1.0, max(hi[s], -lo[s]))
+        if min(hi[s], -lo[s]) > slack:
+            continue
         for opposite in range(2):
             code = 2 * slots[s] + opposite
             if open_[code] and (hi[s] if opposite else -lo[s]) <= slack:
@@ -171,14 +175,16 @@ def _close_solved(
 @inlined
 def _step(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, code: int,
-    bland: bool, y: Array,
+    bland: bool, x: Array, y: Array,
 ) -> int:  # fmt: skip
     """Pivot towards a direction; where nothing resists it, ``y`` (m,) gets the ray that proves it.
+
+    ``x`` (m,) is room to work in.
 
     Returns:
         SOLVED where a pivot was made, INFEASIBLE, or TROUBLE.
     """
-    column, x = N + m, np.empty(m)
+    column = N + m
     while slots[column - N - m] != code // 2:
         column += 1
     sign = -1.0 if code % 2 else 1.0
@@ -226,7 +232,7 @@ def search_directions(
     open_, has = np.ones(2 * SIDES, dtype=np.bool_), np.zeros(2 * SIDES, dtype=np.bool_)
     slots, work = np.arange(SIDES), np.empty((4, SIDES))
     lo, hi, low, high = work[0], work[1], work[2], work[3]
-    ones, weights, balance = np.ones(m), np.empty(m), np.zeros(N)
+    ones, weights, x, balance = np.ones(m), np.empty(m), np.empty(m), np.zeros(N)
     kept = np.empty((2 * SIDES, N))
     now, worst, worst_tau, here, first, S = -1, -1, -1.0, 0, N + m, len(slots)
     for step in range(MAX_STEPS + MORE_STEPS * N):
@@ -251,7 +257,7 @@ def search_directions(
                 return SOLVED, number(worst), worst_tau
             now, here = _choose(d, first, S, slots, open_, lo, hi, worst_tau), 0
         here += 1
-        end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS + N, y)
+        end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS + N, x, y)
         if end != SOLVED:
             return end, number(now), np.inf
     return TROUBLE, -1, 0.0
