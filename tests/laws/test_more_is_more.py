@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.environment import contact_state, environment_contacts
-from gm_ompl.contact.state import Instant
+from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.mass import mass_properties
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull
@@ -51,6 +51,21 @@ def test_z_never_falls_when_limits_or_friction_grow(seed: int, instances: Module
     for other in grown:
         assert other.force_scale == pytest.approx(instant.force_scale) or instant.gravity == 0
         assert z_of(other, mask) >= z - 1e-7 * max(abs(z), 1e-3 * instant.force_scale)
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_z_never_falls_when_more_is_touched(seed: int, instances: ModuleType) -> None:
+    """For fixed modes: a contact more, sliding or not, can only help to resist."""
+    rng = np.random.default_rng(1000 + seed)
+    instant = instances.random_instance(rng, int(rng.integers(1, 4)))
+    contacts = instant.contacts
+    kept = rng.random(len(contacts.points)) < 0.7
+    fewer = ContactState(
+        contacts.points[kept], contacts.normals[kept], contacts.slip[kept], contacts.rotation
+    )
+    mask = int(rng.integers(1 << len(instant.points)))
+    less = z_of(dataclasses.replace(instant, contacts=fewer), mask)
+    assert z_of(instant, mask) >= less - 1e-7 * max(abs(less), 1e-3 * instant.force_scale)
 
 
 def cylinder(facets: int) -> Body:
