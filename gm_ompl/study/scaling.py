@@ -1,0 +1,198 @@
+"""``python -m gm_ompl.study.scaling [PAGE]``: where exactness ends and what sampling costs beyond.
+
+Measures ``astar`` and ``HybridRRTConnect`` against degrees of freedom (nodes of the object's
+lattice), placements and fingers; writes the tables into PAGE (docs/scaling.md) and the picture
+beside it (images/scaling.svg). Takes about ten minutes on one core.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gm_ompl import api
+from gm_ompl.study.measure import Measurement, measured
+from gm_ompl.study.pages import number, table, write_tables
+from gm_ompl.viz.canvas import save, styled
+from gm_ompl.viz.scaling import scaling_figure
+
+LIMIT = 30.0
+"""Wall time per search and per run [s]."""
+
+SEEDS = 10
+SAMPLER = "HybridRRTConnect"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scenario on an axis.
+
+    Attributes:
+        series: what the axis varies of it.
+        freedom: the object's degrees of freedom.
+        x: the varied quantity; None where it is read off the problem.
+        scenario: a shipped name.
+        changes: "KEY=VALUE" overrides.
+    """
+
+    series: str
+    freedom: int
+    x: int | None
+    scenario: str
+    changes: tuple[str, ...]
+
+
+def _steps(length: str, yaw: str) -> str:
+    return f"lattice.steps={{x: {length}, y: {length}, yaw: {yaw} deg}}"
+
+
+GRIDS = (2, 3, 5, 7, 9)
+PLANAR_GRIDS = ((3, 1), (5, 2), (9, 4), (15, 6))
+AXES: dict[str, tuple[Case, ...]] = {
+    "object nodes": (
+        *(
+            Case("path (1)", 1, None, "paper/tumble",
+                 ("fingers.placements.grid=[3, 3]", f"lattice.segments={n}"))
+            for n in (15, 60, 240)
+        ),
+        *(
+            Case("planar (3)", 3, None, "planar/turn", (_steps(length, yaw),))
+            for length, yaw in (("1", "30"), ("1", "15"), ("0.5", "15"), ("0.5", "5"))
+        ),
+    ),
+    "placements": (
+        *(
+            Case("paper/regrasp", 1, None, "paper/regrasp",
+                 (f"fingers.placements.grid=[{m}, {m}]",))
+            for m in GRIDS
+        ),
+        *(
+            Case("planar/turn", 3, None, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
+            for a, b in PLANAR_GRIDS
+        ),
+    ),
+    "fingers": tuple(
+        Case(series, freedom, n, scenario, (f"fingers.count={n}", *coarse))
+        for series, freedom, scenario, coarse in (
+            ("paper/tumble", 1, "paper/tumble",
+             ("fingers.placements.grid=[2, 2]", "lattice.segments=15")),
+            ("planar/turn", 3, "planar/turn",
+             ("fingers.placements.grid=[3, 1]", _steps("1", "30"))),
+        )
+        for n in (1, 2, 3, 4, 5)
+    ),
+}  # fmt: skip
+
+HEAD = (
+    "degrees of freedom", "scenario", "changed", "fingers", "placements", "object nodes",
+    "`astar` ends", "cost", "expanded", "CPU s", "sampling: solved", "CPU s, median",
+    "slowest", "cost, median",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What the sampling planner did over the seeds.
+
+    Attributes:
+        seconds: CPU time of each run that found a plan.
+        costs: of those plans.
+        tried: number of seeds.
+    """
+
+    seconds: tuple[float, ...]
+    costs: tuple[float, ...]
+    tried: int
+
+
+def sampled(case: Case, seeds: int, limit: float) -> Runs:
+    """Run the sampling planner with seeds 0, 1, ..."""
+    scenario = api.load(case.scenario, case.changes)
+    seconds, costs = [], []
+    for seed in range(seeds):
+        started = time.process_time()
+        plan = api.plan(scenario, SAMPLER, time_limit=limit, seed=seed)
+        if plan.cost is not None:
+            seconds.append(time.process_time() - started)
+            costs.append(plan.cost)
+    return Runs(tuple(seconds), tuple(costs), seeds)
+
+
+def point(case: Case, axis: str, lattice: Measurement, runs: Runs) -> dict[str, Any]:
+    """Return a case's measurements as the picture draws them."""
+    problem = api.load(case.scenario, case.changes).problem
+    read = {"object nodes": problem.lattice.size, "placements": len(problem.fingers.placements)}
+    return {
+        "series": case.series,
+        "x": case.x if case.x is not None else read[axis],
+        "lattice": lattice.seconds,
+        "proven": lattice.optimal or lattice.status == "infeasible",
+        "sampling": statistics.median(runs.seconds) if runs.seconds else None,
+        "lo": min(runs.seconds, default=None),
+        "hi": max(runs.seconds, default=None),
+    }
+
+
+def row(case: Case, lattice: Measurement, runs: Runs) -> tuple[object, ...]:
+    """Return a case's line of the table."""
+    problem = api.load(case.scenario, case.changes).problem
+    ends = {"solved": "plan, not proven", "infeasible": "proven infeasible"}
+    changes = " ".join(f"`{change}`" for change in case.changes)
+    solved = bool(runs.seconds)
+    return (
+        case.freedom, f"`{case.scenario}`", changes, problem.fingers.count,
+        len(problem.fingers.placements), number(problem.lattice.size),
+        "proven optimal" if lattice.optimal else ends.get(lattice.status, "budget spent"),
+        number(lattice.cost, 5), number(lattice.expanded), number(lattice.seconds),
+        f"{len(runs.seconds)} of {runs.tried}",
+        number(statistics.median(runs.seconds) if solved else None),
+        number(max(runs.seconds, default=None)),
+        number(statistics.median(runs.costs) if solved else None, 5),
+    )  # fmt: skip
+
+
+def measurements(
+    axis: str, cases: Sequence[Case], seeds: int = SEEDS, limit: float = LIMIT
+) -> Iterator[tuple[tuple[object, ...], dict[str, Any]]]:
+    """Yield line and point of each case of an axis."""
+    for case in cases:
+        task = {"scenario": case.scenario, "overrides": case.changes, "time_limit": limit}
+        lattice = measured({**task, "repeat": False})
+        runs = sampled(case, seeds, limit)
+        yield row(case, lattice, runs), point(case, axis, lattice, runs)
+
+
+def study(
+    page: Path, axes: dict[str, tuple[Case, ...]], seeds: int = SEEDS, limit: float = LIMIT
+) -> None:
+    """Measure all axes, and write tables and picture as they grow."""
+    panels: dict[str, list[dict[str, Any]]] = {}
+    for axis, cases in axes.items():
+        rows: list[tuple[object, ...]] = []
+        panels[axis] = []
+        for line, drawn in measurements(axis, cases, seeds, limit):
+            rows.append(line)
+            panels[axis].append(drawn)
+            write_tables(page, {axis: table(HEAD, rows)})
+    picture = page.parent / "images" / "scaling.svg"
+    picture.parent.mkdir(exist_ok=True)
+    with styled():
+        save(scaling_figure(panels, limit), picture)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure everything and write the page."""
+    page = Path(arguments[0] if arguments else "docs/scaling.md")
+    for name in ("paper/tumble", "planar/turn"):  # machine code loaded, nothing is timed
+        api.plan(name, time_limit=LIMIT)
+        api.plan(name, SAMPLER, time_limit=LIMIT)
+    study(page, AXES)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
