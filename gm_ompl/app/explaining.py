@@ -123,11 +123,11 @@ def lines(explanation: Explanation) -> Iterator[str]:
 
 def _survey(survey: Survey) -> Iterator[str]:
     where = {"start": "going forward from the start", "goal": "coming back from the goal"}
-    possible = "more than can be listed" if survey.possible is None else f"{survey.possible:,}"
+    possible = "too many to list" if survey.possible is None else f"{survey.possible:,}"
     drawn = f"a random {survey.judged:,}" if survey.sampled else "all"
     yield (
-        f"{where.get(survey.where, 'at this point')}: {possible} sets of placements are "
-        f"geometrically possible there, {drawn} judged"
+        f"{where.get(survey.where, 'at this point')}: sets of placements that are "
+        f"geometrically possible there: {possible}; {drawn} judged"
     )
     counts = [f"{survey.holding} hold"]
     counts += [f"{number} {_words(name)}" for name, number in survey.findings.items()]

@@ -32,7 +32,7 @@ def test_a_small_study(tmp_path: Path) -> None:
     assert f"| proven optimal | {plan.cost:.5g} |" in lines[0]
     assert "| 2 of 2 |" in lines[0]
     assert "| proven infeasible | - |" in lines[1]
-    assert "| 0 of 2 | - |" in lines[1]
+    assert "| not tried | - |" in lines[1]
     root = ET.parse(tmp_path / "images" / "scaling.svg").getroot()
     words = {"".join(element.itertext()).strip() for element in root.iter()}
     assert {"placements", "fingers", "CPU time [s]"} <= words
@@ -48,5 +48,5 @@ def test_the_page_has_a_row_per_case() -> None:
             (line,) = [
                 line for line in part.splitlines() if f"| `{case.scenario}` | {changes} |" in line
             ]
-            assert f"of {scaling.SEEDS} |" in line
+            assert f"of {scaling.SEEDS} |" in line or "| not tried |" in line
     assert (PAGES / "images" / "scaling.svg").exists()
