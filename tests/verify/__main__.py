@@ -15,7 +15,9 @@ TABLE = ROOT / "docs" / "verification.md"
 HEADER = """# Verification
 
 Claims tried on many instances by `make verify`, which writes this page and goes on where it was
-stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone.
+stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone. The last column
+has a hash of the sources that the count reached when it was done; rows of counts that were not
+done again since stand as they were.
 
 """
 
@@ -56,10 +58,10 @@ def store_of(name: str) -> counting.Store:
 
 
 def write_page() -> None:
-    """Write the table of everything that the present sources have results for."""
+    """Write the table; counts that the present sources have no results for keep their rows."""
     results = {name: records for name in counting.REGISTRY if (records := store_of(name).read())}
     if results:
-        TABLE.write_text(HEADER + counting.table(results))
+        TABLE.write_text(HEADER + counting.table(results, TABLE.read_text()))
 
 
 if __name__ == "__main__":

@@ -187,25 +187,40 @@ def _records(name: str, instances: Sequence[int], processes: int) -> Iterable[Re
             raise
 
 
-def table(results: dict[str, dict[int, Record]]) -> str:
-    """Return the Markdown table of all counts that have results."""
+def table(results: dict[str, dict[int, Record]], before: str = "") -> str:
+    """Return the Markdown table of all counts that have results.
+
+    Args:
+        results: by count and instance.
+        before: an earlier page; its rows stand where ``results`` has none for a count.
+    """
     lines = [
-        "| count | claim | instances | hold | fail | marginal | worst | median s | outcomes |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| count | claim | instances | hold | fail | marginal | worst | median s | outcomes "
+        "| sources |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for name, records in sorted(results.items()):
-        rows = list(records.values())
-        marginal = sum(row["marginal"] for row in rows)
-        hold = sum(row["holds"] and not row["marginal"] for row in rows)
-        numbers = [row["worst"] for row in rows if row["worst"] is not None]
-        worst = f"{max(numbers):.3g}" if numbers else ""
-        seconds = statistics.median(row["seconds"] for row in rows)
-        lines.append(
-            f"| {name} | {REGISTRY[name].claim} | {len(rows)} | {hold} | "
-            f"{len(rows) - hold - marginal} | {marginal} | {worst} | {seconds:.3g} | "
-            f"{_outcomes(rows)} |"
-        )
+    old = {line.split(" | ")[0].removeprefix("| "): line for line in before.splitlines()}
+    for name in sorted(REGISTRY):
+        if name in results:
+            lines.append(_row(name, results[name]))
+        elif name in old:
+            lines.append(old[name])
     return "\n".join(lines) + "\n"
+
+
+def _row(name: str, records: dict[int, Record]) -> str:
+    """Return a count's row of the table."""
+    rows = list(records.values())
+    marginal = sum(row["marginal"] for row in rows)
+    hold = sum(row["holds"] and not row["marginal"] for row in rows)
+    numbers = [row["worst"] for row in rows if row["worst"] is not None]
+    worst = f"{max(numbers):.3g}" if numbers else ""
+    seconds = statistics.median(row["seconds"] for row in rows)
+    return (
+        f"| {name} | {REGISTRY[name].claim} | {len(rows)} | {hold} | "
+        f"{len(rows) - hold - marginal} | {marginal} | {worst} | {seconds:.3g} | "
+        f"{_outcomes(rows)} | {rows[0].get('code', '')} |"
+    )
 
 
 def _outcomes(rows: Sequence[Record]) -> str:

@@ -83,3 +83,27 @@ def test_only_reached_sources_count(tmp_path: Path) -> None:
     assert counting.source_hash(file, tmp_path) == before
     (package / "b.py").write_text("x = 2")
     assert counting.source_hash(file, tmp_path) != before
+
+
+def test_rows_stay_until_they_are_done_again(tmp_path: Path) -> None:
+    """A count without results keeps its row of the earlier page; one with results gets a new."""
+
+    @counting.count(instances=2)
+    def halves(instance: int) -> counting.Result:
+        """Halves are small."""
+        return counting.Result(holds=True, worst=instance / 2)
+
+    @counting.count(instances=2)
+    def thirds(instance: int) -> counting.Result:
+        """Thirds are smaller."""
+        return counting.Result(holds=True, worst=instance / 3)
+
+    def result(name: str) -> dict[int, counting.Record]:
+        store = counting.Store(tmp_path / f"{name}.jsonl", "abc")
+        return counting.run(counting.REGISTRY[name], store, processes=1)
+
+    first = counting.table({"halves": result("halves")})
+    second = counting.table({"thirds": result("thirds")}, "# Page\n\n" + first)
+    assert [line for line in first.splitlines() if "halves" in line][0] in second
+    assert "| thirds | Thirds are smaller. | 2 | 2 | 0 | 0 | 0.333 |" in second
+    assert "| abc |" in second
