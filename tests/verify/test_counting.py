@@ -104,6 +104,6 @@ def test_rows_stay_until_they_are_done_again(tmp_path: Path) -> None:
 
     first = counting.table({"halves": result("halves")})
     second = counting.table({"thirds": result("thirds")}, "# Page\n\n" + first)
-    assert [line for line in first.splitlines() if "halves" in line][0] in second
+    assert next(line for line in first.splitlines() if "halves" in line) in second
     assert "| thirds | Thirds are smaller. | 2 | 2 | 0 | 0 | 0.333 |" in second
     assert "| abc |" in second
