@@ -1,10 +1,9 @@
 """``python -m gm_ompl.study.load``: how well many runs use the workers, and what a run costs.
 
-Every run searches for its whole time limit (``HybridRRTstar`` never ends by itself), so the time
-that it should take is known. Told are, as shares of workers times elapsed time: how long workers
-had a run in hand, and the overhead, which is what is left when the searches are taken away; and as
-a share of all processor time, which other work on the machine does not change, what was spent by
-others than the runs themselves.
+Every run searches for its whole time limit (``HybridRRTstar`` never ends by itself). Told is how
+long workers had a run in hand and their cores computed for it, the overhead, which is the time
+without a run in hand, and the processor time of others than the runs, as a share of all: other work
+on the machine hardly changes that.
 """
 
 from __future__ import annotations
@@ -64,8 +63,13 @@ class Load:
 
     @property
     def overhead(self) -> float:
-        """Share of the workers' time that was not spent searching."""
-        return 1.0 - self.search_s / (self.workers * self.elapsed_s)
+        """Share of the workers' time during which they had no run in hand."""
+        return 1.0 - self.occupied
+
+    @property
+    def around(self) -> float:
+        """Share of the runs' time outside their searches: scenario, steady control, plan."""
+        return 1.0 - self.search_s / self.in_hand_s
 
     @property
     def cpu_overhead(self) -> float:
@@ -78,9 +82,10 @@ class Load:
             f"{self.runs} runs on {self.workers} workers in {self.elapsed_s:.1f} s",
             f"workers had a run in hand {self.occupied:.1%} of the time",
             f"workers' cores computed for a run {self.busy:.1%} of the time",
-            f"overhead, wall time: {self.overhead:.1%} of the workers' time outside searches",
+            f"overhead, wall time: {self.overhead:.1%} without a run in hand, warming up included",
             f"overhead, processor time: {self.cpu_overhead:.1%} not in runs, "
-            f"{1e3 * self.others_cpu_s / self.runs:.1f} ms per run",
+            f"{1e3 * self.others_cpu_s / self.runs:.1f} ms per run, warming up included",
+            f"of its time a run spent {self.around:.1%} outside its search",
         )
 
 

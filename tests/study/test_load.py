@@ -11,7 +11,8 @@ def test_shares_are_those_of_the_workers_time() -> None:
     """Two workers for ten seconds have twenty to spend; 18 in hand of which 17 searching."""
     load = Load(17, 2, 10.0, 17.0, 18.0, 16.0, 4.0)
     assert (load.occupied, load.busy) == (0.9, 0.8)
-    assert load.overhead == pytest.approx(0.15) and load.cpu_overhead == pytest.approx(0.2)
+    assert load.overhead == pytest.approx(0.1) and load.cpu_overhead == pytest.approx(0.2)
+    assert load.around == pytest.approx(1 / 18)
 
 
 def test_runs_search_for_their_time() -> None:
