@@ -27,8 +27,8 @@ MEASURED = (
 )  # fmt: skip
 """What the clock decides."""
 
-PAUSE_S = (0.2, 2.0)
-"""Between two kills: often enough to hit dozens of runs, seldom enough that all end."""
+BETWEEN = (5, 20)
+"""Runs that end between two kills: so a slow machine has no more kills per run than a quick one."""
 
 PROGRAM = """
 import json, sys
@@ -79,6 +79,17 @@ def _undisturbed() -> dict[str, Record]:
         return _without_times(_stored(Path(folder)))
 
 
+def _await(log: Path, runs: int, running: subprocess.Popen[bytes]) -> None:
+    """Wait until so many more runs have ended, or the comparison has."""
+
+    def ended() -> int:
+        return log.read_bytes().count(b"\n") if log.exists() else 0
+
+    end = ended() + runs
+    while ended() < end and running.poll() is None:
+        time.sleep(0.02)
+
+
 def _without_times(records: dict[str, Record]) -> dict[str, Record]:
     nothing: dict[str, Any] = dict.fromkeys(MEASURED)
     return {key: replace(record, **nothing) for key, record in records.items()}
@@ -117,7 +128,8 @@ def comparison_survives_kills(instance: int) -> Result:
                 seen = _stored(folder)
                 running = _begin(folder)
                 kills["comparison"] += 1
-            time.sleep(rng.uniform(*PAUSE_S))
+            _await(folder / "log", rng.randint(*BETWEEN), running)
+            time.sleep(rng.uniform(0.0, 0.2))
             for victim in _victims(running.pid, rng):
                 with suppress(ProcessLookupError):
                     os.kill(victim, signal.SIGKILL)
