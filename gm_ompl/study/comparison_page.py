@@ -157,6 +157,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _write(design: Design, path: Path, page: Path, stored_only: bool) -> None:
+    if not page.is_file():  # said before hours of runs, not after
+        raise InputError(
+            f"--page {page}: no such file; copy docs/comparison.md, whose marks it needs"
+        )
     path.parent.mkdir(parents=True, exist_ok=True)
     with Store(path) as store:
         if stored_only:
