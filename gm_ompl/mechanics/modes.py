@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.internal_force import excessive
 from gm_ompl.mechanics.stability import BELOW, REACHED, equilibrium, position_margin
@@ -84,7 +84,7 @@ def passing_sets(env: Array, tips: Array, previous: int, passed: IntArray) -> in
     return passes
 
 
-@compiled
+@inlined
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
     passed: IntArray, first: Array, f_com: Array,
