@@ -18,9 +18,10 @@ from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.commands import margin
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision, as_mask, instant_columns
 from gm_ompl.mechanics.kelley import force_control
-from gm_ompl.mechanics.sides import SIDES, start
-from gm_ompl.mechanics.simplex import INFEASIBLE, TROUBLE, worst_direction
-from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill
+from gm_ompl.mechanics.sides import SIDES
+from gm_ompl.mechanics.simplex import INFEASIBLE, TROUBLE
+from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill, run_pass
+from gm_ompl.mechanics.tableau import NEVER
 
 
 @compiled
@@ -49,8 +50,7 @@ def commanded_margin(
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
     basis, y = np.empty(m, dtype=np.int64), np.empty(m)
     cost = fill(env, q, tips, f_max, force, f, raw)
-    start(raw, cost, L, T, d, basis, m, N)
-    end, direction, _ = worst_direction(T, d, basis, m, N, cost, np.inf, y)
+    end, direction, _ = run_pass(raw, cost, L, T, d, basis, y, False, np.inf, 0.0, NEVER, y)
     if end == TROUBLE:
         return FAILED, 0.0, 0.0
     size, h = np.abs(y[:6]).max(), 0.0

@@ -88,3 +88,44 @@ def move_tau(change: Array, L: Array, T: Array, d: Array, basis: IntArray, m: in
             d[j] = 0.0
     raise_sides(L, T, d, m, N)
     return True
+
+
+@compiled
+def refactor(
+    raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int
+) -> None:
+    """Fill the tableau anew at its basis: rounding adds up with every pivot, this forgets it.
+
+    A basic column enters in the free row where it is largest. One that has nothing left there
+    (the basis was singular but for rounding) stays out, and an artificial variable in its row.
+    """
+    columns, free = basis.copy(), np.ones(m, dtype=np.bool_)
+    start(raw, cost, L, T, d, basis, m, N)
+    for c in columns:
+        largest, row = 1e-9, -1
+        for r in range(m):
+            if free[r] and abs(T[r, c]) > largest:
+                largest, row = abs(T[r, c]), r
+        if row >= 0:
+            free[row] = False
+            pivot(T, d, basis, m, N + m + SIDES, row, c)
+
+
+@compiled
+def drift(raw: Array, T: Array, basis: IntArray, m: int, N: int) -> float:
+    """Return how far the inverse of the basis that the tableau holds is from being that.
+
+    Relative to its largest entry (at least 1).
+    """
+    worst, size = 0.0, 1.0
+    for r in range(m):
+        for t in range(m):
+            size = max(size, abs(T[r, N + t]))
+    for k in range(m):
+        if basis[k] < N:
+            for r in range(m):
+                entry = -1.0 if r == k else 0.0
+                for t in range(m):
+                    entry += T[r, N + t] * raw[t, basis[k]]
+                worst = max(worst, abs(entry))
+    return worst / size

@@ -20,7 +20,6 @@ from gm_ompl.mechanics.tableau import (
     FEASIBLE,
     MAX_STEPS,
     MORE_STEPS,
-    NEVER,
     entering,
     leaving,
     pivot,
@@ -261,11 +260,3 @@ def search_directions(
         if end != SOLVED:
             return end, number(now), np.inf
     return TROUBLE, -1, 0.0
-
-
-@compiled
-def worst_direction(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, cost: float, limit: float, y: Array
-) -> tuple[int, int, float]:
-    """Find the direction with the largest tau; see ``search_directions``."""
-    return search_directions(T, d, basis, m, N, cost, limit, 0.0, NEVER, False, y)

@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.sides import SIDES, move_tau, start
+from gm_ompl.mechanics.sides import SIDES, drift, move_tau, refactor, start
 from gm_ompl.mechanics.simplex import (
     EXCEEDED,
     INFEASIBLE,
@@ -25,6 +25,10 @@ from gm_ompl.mechanics.tableau import NEVER, feasible
 
 A_LOOK = 24
 """Pivots spent on bounding z where its exact value is not wanted."""
+DRIFT = 1e-9
+"""Error of a basis' inverse beyond which its tableau is not trusted."""
+ATTEMPTS = 4
+"""Passes over the directions until a tableau can be trusted, the last by Bland's rule."""
 
 REACHED, BELOW, UNBOUNDED, FAILED = 0, 1, 2, 3
 """z found; z proven below the threshold; z = +inf; numerical trouble."""
@@ -113,16 +117,23 @@ def run_pass(
     m, N = raw.shape
     if not warm or not move_tau(change, L, T, d, basis, m, N):
         start(raw, cost, L, T, d, basis, m, N)
-    bland = False
-    while True:
+    for attempt in range(ATTEMPTS):
+        bland = attempt == ATTEMPTS - 1
         end, direction, tau = search_directions(
             T, d, basis, m, N, cost, limit, enough, patience, bland, y
         )
-        if end != TROUBLE or bland:
-            return end, direction, tau
-        # Rounding has spoilt the tableau, or the pivots went round in circles: anew, with care.
-        bland = True
+        if bland or (end != TROUBLE and drift(raw, T, basis, m, N) < DRIFT):
+            break
+        # Rounding has spoilt the tableau: again from this basis, factored anew. Where that does
+        # not help, or the pivots went round in circles: from the beginning, with care.
+        if end != TROUBLE and attempt < ATTEMPTS - 2:
+            refactor(raw, cost, L, T, d, basis, m, N)
+            if d[:N].min() >= -DRIFT:
+                for j in range(N):
+                    d[j] = max(d[j], 0.0)
+                continue
         start(raw, cost, L, T, d, basis, m, N)
+    return end, direction, tau
 
 
 @compiled

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.instant import decide_instant
 from gm_ompl.reference.modes import all_mode_sets, margin
+from gm_ompl.scenario.load import load
 
 SEEDS = range(12)
 
@@ -81,3 +83,32 @@ def test_margin_at_a_command_and_its_bound(instances: ModuleType, seed: int) -> 
 def _commands(modes: tuple[ControlMode, ...], f: np.ndarray) -> tuple[float | None, ...]:
     left = iter(f.tolist())
     return tuple(next(left) if mode is ControlMode.FORCE else None for mode in modes)
+
+
+def test_small_pivots_do_not_spoil_the_margin() -> None:
+    """Where a pivot of 1e-6 multiplies rounding, z at a given f_com is still the reference's.
+
+    Met in a plan for planar/corridor: z came out 1.5e-4 too large.
+    """
+    start, end = (5.695402, -0.136627, 0.0269382), (6.627317, -0.112372, 0.0260284)
+    problem = load("planar/corridor").problem
+    direction = tuple(b - a for a, b in zip(start, end, strict=True))
+    modes = (ControlMode.POSITION, ControlMode.FORCE)
+    table = problem.fingers.placements
+    places = tuple(
+        int(np.argmin(np.linalg.norm(table.points - point, axis=1)))
+        for point in ((-2.4, 1.0, 0.0), (-2.4, -1.0, 0.0))
+    )
+    for share in np.linspace(0.0, 1.0, 41):
+        q = tuple(a + share * d for a, d in zip(start, direction, strict=True))
+        pose, twist = problem.motion.pose(q), problem.motion.velocity(q, direction)
+        touching = environment_contacts(problem.body, problem.environment, pose)
+        contacts = contact_state(touching, pose, twist, problem.body)
+        instant = problem.instant(contacts, (0, 1), places)
+        f_com = decide_instant(instant).f_com[1]
+        assert f_com is not None
+        found = Alternatives(instant).at(modes, np.array([f_com * (1.0 - 3e-7)]))
+        assert found is not None
+        assert found[0] == pytest.approx(
+            margin(instant, modes, (None, f_com * (1.0 - 3e-7))), rel=1e-8
+        )
