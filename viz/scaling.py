@@ -20,7 +20,7 @@ def scaling_figure(panels: Mapping[str, Sequence[Mapping[str, Any]]], limit: flo
             (the fastest and slowest run).
         limit: where searches were stopped [s]; drawn as a line.
     """
-    figure = new_figure(2.1 * COLUMN, 0.75 * COLUMN)
+    figure = new_figure(2.1 * COLUMN, 0.85 * COLUMN)
     axes = figure.subplots(1, len(panels), sharey=True)
     for ax, (name, rows) in zip(axes, panels.items(), strict=True):
         names = list(dict.fromkeys(row["series"] for row in rows))
@@ -33,15 +33,22 @@ def scaling_figure(panels: Mapping[str, Sequence[Mapping[str, Any]]], limit: flo
         ax.set_xscale("linear" if name == "fingers" else "log")
         ax.set_yscale("log")
         ax.set_xlabel(name)
-        ax.legend(frameon=False, loc="upper left", handlelength=2.2)
+        ax.legend(frameon=False, loc="best", handlelength=2.2)
     axes[0].set_ylabel("CPU time [s]")
-    axes[0].text(0.98, 0.16, "astar (hollow: not ended)", color=LATTICE, **_corner(axes[0]))
-    axes[0].text(0.98, 0.06, "HybridRRTConnect, first plan", color=SAMPLING, **_corner(axes[0]))
+    figure.legend(
+        handles=[
+            axes[0].plot([], [], "o-", color=LATTICE, markersize=3.5, label="astar")[0],
+            axes[0].plot(
+                [], [], "o", color=LATTICE, markerfacecolor="white", markersize=3.5,
+                label="astar, not ended within its limit",
+            )[0],
+            axes[0].plot(
+                [], [], "s-", color=SAMPLING, markersize=2.5, label="HybridRRTConnect, first plan"
+            )[0],
+        ],
+        loc="outside lower center", ncols=3, frameon=False,
+    )  # fmt: skip
     return figure
-
-
-def _corner(ax: Any) -> dict[str, Any]:
-    return {"transform": ax.transAxes, "ha": "right", "fontsize": 6.0}
 
 
 def _lattice(ax: Any, rows: Sequence[Mapping[str, Any]], line: str) -> None:

@@ -2,7 +2,7 @@
 
 Measures ``astar`` and ``HybridRRTConnect`` against degrees of freedom (nodes of the object's
 lattice), placements and fingers; writes the tables into PAGE (docs/scaling.md) and the picture
-beside it (images/scaling.svg). Takes about five minutes on one core.
+beside it (images/scaling.svg). Takes about ten minutes on one core.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def _steps(length: str, yaw: str) -> str:
     return f"lattice.steps={{x: {length}, y: {length}, yaw: {yaw} deg}}"
 
 
-GRIDS = (2, 3, 5, 7, 9)
+GRIDS = (2, 3, 5, 7, 9, 13, 19)
+PLANAR_STEPS = (("1", "30"), ("1", "15"), ("0.5", "15"), ("0.5", "5"), ("0.25", "2.5"))
 PLANAR_GRIDS = ((3, 1), (5, 2), (9, 4), (15, 6))
 AXES: dict[str, tuple[Case, ...]] = {
     "object nodes": (
@@ -62,7 +63,7 @@ AXES: dict[str, tuple[Case, ...]] = {
         ),
         *(
             Case("planar (3)", 3, None, "planar/turn", (_steps(length, yaw),))
-            for length, yaw in (("1", "30"), ("1", "15"), ("0.5", "15"), ("0.5", "5"))
+            for length, yaw in PLANAR_STEPS
         ),
     ),
     "placements": (
@@ -80,9 +81,8 @@ AXES: dict[str, tuple[Case, ...]] = {
         Case(series, freedom, n, scenario, (f"fingers.count={n}", *coarse))
         for series, freedom, scenario, coarse in (
             ("paper/tumble", 1, "paper/tumble",
-             ("fingers.placements.grid=[2, 2]", "lattice.segments=15")),
-            ("planar/turn", 3, "planar/turn",
-             ("fingers.placements.grid=[3, 1]", _steps("1", "30"))),
+             ("fingers.placements.grid=[3, 3]", "lattice.segments=15")),
+            ("planar/turn", 3, "planar/turn", ("fingers.placements.grid=[5, 2]",)),
         )
         for n in (1, 2, 3, 4, 5)
     ),

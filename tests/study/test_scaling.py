@@ -24,7 +24,7 @@ def test_a_small_study(tmp_path: Path) -> None:
     """One row per case with the optimum and the number of runs that solved; a picture beside."""
     page = tmp_path / "page.md"
     page.write_text("".join(f"<!-- begin {axis} -->\n<!-- end {axis} -->\n" for axis in TINY))
-    scaling.study(page, TINY, seeds=2, limit=20.0)
+    scaling.study(page, TINY, seeds=2, limit=300.0)
     lines = [line for line in page.read_text().splitlines() if line.startswith("| 1 |")]
     assert len(lines) == 3
     plan = gm_ompl.plan(gm_ompl.load("paper/slide", SMALL))
