@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -47,9 +46,11 @@ class Region:
 def neighbourhood(story: Story) -> Region:
     """Return the region that the object and its fingertips sweep, and a margin."""
     problem = story.problem
-    points = [_corners(row, problem.body.vertices) for row in _pose_rows(story)]
-    for beat in story.beats:
+    first = story.beats[0].poses[0] if story.beats else story.rest_pose()
+    points = [_pose(first).apply(problem.body.vertices)]
+    for beat in story.beats:  # without gaps: each begins where the one before ends
         pose = _pose(beat.poses[-1])
+        points.append(pose.apply(problem.body.vertices))
         for i, place in enumerate(beat.placements):
             centre, radius = story.centre(i, place), float(problem.fingers.radius[i])
             tip = pose.apply(centre)
@@ -62,19 +63,8 @@ def neighbourhood(story: Story) -> Region:
     return Region(low, high)
 
 
-def _pose_rows(story: Story) -> Iterator[Array]:
-    if not story.beats:
-        yield story.rest_pose()
-    for beat in story.beats:
-        yield from beat.poses[[0, -1]]
-
-
 def _pose(row: Array) -> Pose:
     return Pose.from_quaternion(row[:3], row[3:])
-
-
-def _corners(row: Array, vertices: Array) -> Array:
-    return _pose(row).apply(vertices)
 
 
 def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:

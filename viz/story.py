@@ -202,12 +202,11 @@ def _contacts(problem: Problem, q: Array, dq: Array | None) -> ContactState:
 
 def _poses(problem: Problem, tail: Array, head: Array) -> Array:
     """Return poses (p, 7) from ``tail`` to ``head``, close enough to be interpolated."""
-    ends = [pose_row(problem.motion.pose(q)) for q in (tail, head)]
-    turned = 2.0 * np.arccos(min(1.0, abs(float(ends[0][3:] @ ends[1][3:]))))
+    first, last = (pose_row(problem.motion.pose(q)) for q in (tail, head))
+    turned = 2.0 * np.arccos(min(1.0, abs(float(first[3:] @ last[3:]))))
     parts = min(max(1, int(np.ceil(turned / TURN))), POSES - 1)
-    rows = [
-        pose_row(problem.motion.pose(tail + (head - tail) * (k / parts))) for k in range(parts + 1)
-    ]
+    between = (tail + (head - tail) * (k / parts) for k in range(1, parts))
+    rows = [first, *(pose_row(problem.motion.pose(q)) for q in between), last]
     for before, row in itertools.pairwise(rows):
         row[:] = _same_side(row, before)
     return np.array(rows)

@@ -106,6 +106,62 @@ def test_it_plays_pauses_steps_and_scrubs(visit: Callable[..., Any], regrasp: Pl
     assert tab.evaluate("gmOmpl.state().cursor") == pytest.approx(0.25, abs=0.01)
 
 
+def test_keys_move_the_time(visit: Callable[..., Any], regrasp: Plan) -> None:
+    """Space plays and pauses, arrows step, Home and End go to the ends, wherever the focus is."""
+    tab = visit(page(regrasp)).tab
+    for focused in ("body", "#play", "#slider", "summary"):
+        tab.evaluate("gmOmpl.seek(0); document.activeElement.blur()")
+        if focused != "body":
+            tab.focus(focused)
+        tab.keyboard.press("ArrowRight")
+        tab.keyboard.press("ArrowRight")
+        assert tab.evaluate("gmOmpl.state().step") == 2, focused
+        tab.keyboard.press("ArrowLeft")
+        assert tab.evaluate("gmOmpl.state().step") == 1, focused
+        tab.keyboard.press("End")
+        assert tab.evaluate("gmOmpl.state().time === gmOmpl.duration"), focused
+        tab.keyboard.press("Home")
+        assert tab.evaluate("gmOmpl.state().time") == 0, focused
+        if focused == "summary":  # opens and closes the legend
+            continue
+        for playing in (True, False):
+            tab.keyboard.press("Space")
+            assert tab.evaluate("gmOmpl.playing") == playing, focused
+    tab.evaluate("gmOmpl.seek(0)")
+    tab.focus("#speed")
+    tab.keyboard.press("ArrowRight")
+    assert tab.evaluate("gmOmpl.state().step") == 0, "the list of speeds has its own arrows"
+
+
+def test_controls_have_names_and_show_the_focus(visit: Callable[..., Any], regrasp: Plan) -> None:
+    """Tab reaches every control in turn; each is outlined while focused and has a name."""
+    tab = visit(page(regrasp)).tab
+    reached = []
+    for _ in range(8):
+        tab.keyboard.press("Tab")
+        name, outline, label = tab.evaluate(
+            """() => {
+              const e = document.activeElement;
+              return [e.id || e.tagName, getComputedStyle(e).outlineStyle,
+                      e.ariaLabel || (e.labels && e.labels.length ? e.labels[0] : e).innerText];
+            }"""
+        )
+        if name != "BODY":
+            reached.append(name)
+            assert outline == "solid", name
+            assert label.strip(), name
+    assert {"back", "play", "forth", "speed", "slider"} <= set(reached)
+    assert "step 1 of" in tab.locator("#slider").get_attribute("aria-valuetext")
+
+
+def test_nothing_moves_by_itself(visit: Callable[..., Any], regrasp: Plan) -> None:
+    """An opened page stands still until it is told to play."""
+    tab = visit(page(regrasp)).tab
+    tab.wait_for_timeout(300)
+    assert tab.evaluate("[gmOmpl.playing, gmOmpl.state().time]") == [False, 0]
+    assert tab.evaluate("document.getAnimations().length") == 0
+
+
 def test_speed_scales_the_time_that_passes(visit: Callable[..., Any], regrasp: Plan) -> None:
     """A tenth of a second between two frames moves the plan's time by a tenth times the speed."""
     tab = visit(page(regrasp)).tab
@@ -190,4 +246,8 @@ def test_without_a_plan_the_start_is_shown(visit: Callable[..., Any], infeasible
     start = infeasible.scenario["motion"]["start"]["position"]
     np.testing.assert_allclose(state["object"]["position"], start, atol=1e-12)
     assert "infeasible" in seen.tab.locator("#summary").text_content()
+    assert not seen.tab.locator("#time").is_visible(), "there is nothing to play"
+    seen.tab.keyboard.press("Space")
+    seen.tab.keyboard.press("ArrowRight")
+    assert not seen.tab.evaluate("gmOmpl.playing")
     assert seen.errors == []

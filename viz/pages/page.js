@@ -139,6 +139,7 @@
     shown = beat;
     by("step-line").textContent = "step " + (beat.step + 1) + " of " + score.steps.length + ": " +
       (beat.lifted >= 0 ? "regrasp, finger " + beat.lifted + " moves" : "displacement");
+    by("slider").setAttribute("aria-valuetext", by("step-line").textContent);
     for (let i = 0; i < score.fingers; i++) {
       const row = by("finger" + i);
       const moving = i === beat.lifted;
@@ -182,6 +183,11 @@
     if (time >= score.duration) play(false); else requestAnimationFrame(tick);
   }
 
+  function stop_at(t) {
+    play(false);
+    seek(t);
+  }
+
   function step_by(direction) {
     play(false);
     const slack = 1e-9 * Math.max(1, score.duration);
@@ -194,7 +200,7 @@
 
   // The state as drawn, read back from the viewer's own nodes, in the plan's units.
   function state(t) {
-    if (t !== undefined) { play(false); seek(t); }
+    if (t !== undefined) stop_at(t);
     if (viewer) viewer.scene.updateMatrixWorld(true);
     const world = (object) => {
       const p = object.getWorldPosition(viewer.camera.position.clone());
@@ -234,17 +240,16 @@
   by("gauge-mark").style.left = 100 * Math.min(1, score.zMin / score.zTop) + "%";
   by("gauge").setAttribute("aria-valuemin", 0);
   by("gauge").setAttribute("aria-valuemax", score.zTop);
+  by("time").hidden = beats.length === 0; // nothing to play
   by("play").addEventListener("click", () => play(!playing));
   by("back").addEventListener("click", () => step_by(-1));
   by("forth").addEventListener("click", () => step_by(1));
   by("slider").addEventListener("input", (event) => {
-    play(false);
-    seek(Number(event.target.value) * score.duration);
+    stop_at(Number(event.target.value) * score.duration);
   });
   const scrub = (event) => {
     const box = by("plots").getBoundingClientRect();
-    play(false);
-    seek((event.clientX - box.left) / box.width * score.duration);
+    stop_at((event.clientX - box.left) / box.width * score.duration);
   };
   for (const band of document.querySelectorAll(".band svg")) {
     band.addEventListener("pointerdown", (event) => {
@@ -254,10 +259,12 @@
     band.addEventListener("pointermove", (event) => { if (event.buttons) scrub(event); });
   }
   document.addEventListener("keydown", (event) => {
-    const busy = event.target.closest("button, select, input, summary");
-    if (busy || event.ctrlKey || event.altKey || event.metaKey) return;
+    const at = (selector) => event.target.closest(selector) !== null;
+    if (event.ctrlKey || event.altKey || event.metaKey || at("select")) return;
+    if (event.key === " " && (event.repeat || at("button, summary"))) return; // they act on it
     const action = { " ": () => play(!playing), ArrowLeft: () => step_by(-1),
-      ArrowRight: () => step_by(1) }[event.key];
+      ArrowRight: () => step_by(1), Home: () => stop_at(0),
+      End: () => stop_at(score.duration) }[event.key];
     if (action) { event.preventDefault(); action(); }
   });
   seek(0);
