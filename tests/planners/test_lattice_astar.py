@@ -157,7 +157,7 @@ def test_a_start_off_the_lattice_is_bad_input(solve: Solve, small_slide: Problem
 def test_a_goal_off_the_lattice_is_bad_input(solve: Solve, small_slide: Problem) -> None:
     """The message names the goal and the lattice's step."""
     problem = dataclasses.replace(small_slide, goal=Goal((0.9,), (0.95,), (None,)))
-    with pytest.raises(InputError, match=r"goal \(s = 0\.9\).*steps of 0\.333333"):
+    with pytest.raises(InputError, match=r"goal \(s = 0\.9 to 0\.95\).*steps of 0\.333333"):
         solve(problem)
 
 
