@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 from gm_ompl import api
 from gm_ompl.app.planning import summary
+from gm_ompl.app.tracing import TraceFile
 from gm_ompl.plan.model import Plan
+from gm_ompl.planners.planner import silent
 from gm_ompl.scenario.load import shipped
 from gm_ompl.viz.canvas import save, styled
 from gm_ompl.viz.figures import forces_figure
 from gm_ompl.viz.page import write_text
-from gm_ompl.viz.search import search_figure
+from gm_ompl.viz.search import read_trace, search_figure
 from gm_ompl.viz.snapshots import snapshots_figure
 from gm_ompl.viz.story import tell
 
@@ -22,7 +25,13 @@ TIME_LIMIT: Final = 120.0
 """A scenario that is not solved within this time is left out [s]."""
 
 SEARCH_OF: Final = "paper/regrasp"
-"""The scenario whose search is shown."""
+"""The scenario whose searches are shown."""
+
+SEARCHES: Final = {
+    "astar": "what was expanded, where, when and why; the bound rises until it meets the cost",
+    "HybridRRTConnect": "the two trees, a row per set of placements",
+}
+"""Planners whose searches are shown, and what there is to see."""
 
 _HEAD: Final = """# Gallery
 
@@ -57,8 +66,6 @@ def _section(name: str, plan: Plan, images: Path) -> Iterator[str]:
     with styled():
         save(snapshots_figure(story), images / f"{stem}.svg")
         save(forces_figure(story), images / f"{stem}-forces.svg")
-        if name == SEARCH_OF:
-            save(search_figure(story, None), images / f"{stem}-search.svg")
     yield f"## {name}\n"
     yield f"{plan.scenario.get('description', '')}\n"
     yield f"    gm-ompl plan {name} -o plan.json"
@@ -70,8 +77,27 @@ def _section(name: str, plan: Plan, images: Path) -> Iterator[str]:
     yield "".join(f"* {line}\n" for line in found)
     yield f"![{name}: forces, modes, z and travel](images/{stem}-forces.svg)\n"
     if name == SEARCH_OF:
-        yield "The search: the bound rises until it meets the cost of the plan.\n"
-        yield f"![{name}: lower bound and cost over time](images/{stem}-search.svg)\n"
+        for planner, seen in SEARCHES.items():
+            picture = f"{stem}-search-{planner}.svg"
+            _draw_search(name, planner, images / picture)
+            yield f"    gm-ompl plan {name} --planner {planner} --trace trace.jsonl -o plan.json"
+            yield "    gm-ompl plot plan.json --show search --trace trace.jsonl -o search.svg\n"
+            yield f"![{name}, the search by {planner}](images/{picture})\n"
+            yield f"*{planner}: {seen}.*\n"
+
+
+def _draw_search(name: str, planner: str, picture: Path) -> None:
+    """Plan with a trace and draw what the search did."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trace.jsonl"
+        problem = api.load(name).problem
+        header = {"scenario": name, "planner": planner, "seed": 0,
+                  "coordinates": list(problem.motion.names)}  # fmt: skip
+        with TraceFile(path, header, silent) as report:
+            plan = api.plan(name, planner, time_limit=TIME_LIMIT, report=report)
+            report.end(plan)
+        with styled():
+            save(search_figure(tell(plan), read_trace(path)), picture)
 
 
 if __name__ == "__main__":
