@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from gm_ompl import clock
 from gm_ompl.check.check import check as check_plan
 from gm_ompl.check.report import CheckReport
 from gm_ompl.errors import InputError
@@ -28,9 +28,6 @@ from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load as load_scenario
 from gm_ompl.scenario.scenario import Scenario
-
-TINY = "random/small/4"
-"""Planned, unseen, to have the kernel compiled: two fingers, a regrasp, a millisecond's search."""
 
 ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str]
 """A loaded scenario, a shipped name, or a file."""
@@ -91,12 +88,11 @@ def plan(
     given = _loaded(scenario)
     problem = given.problem
     rng = np.random.default_rng(seed)
-    _compile_first(problem, planner)
-    started = time.monotonic()
+    started = clock.now()
     try:
         result = searcher.solve(problem, _judge(problem), budget, rng, report or silent)
     except KeyboardInterrupt:  # before the search could begin, or twice
-        spent = {"time_s": time.monotonic() - started, "expanded": 0, "mode_decisions": 0}
+        spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
         result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
     return assemble(
         problem,
@@ -200,18 +196,6 @@ def _steady(problem: Problem, moves: tuple[Move, ...]) -> tuple[Move, ...]:
 
 def _loaded(scenario: ScenarioLike) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
-
-
-def _compile_first(problem: Problem, planner: str) -> None:
-    """Have the kernel compiled, where it never was, before a time limit begins to run."""
-    if problem.mechanics.backend != "kernel":
-        return
-    from gm_ompl.compilation import is_compiled  # loads numba
-
-    if not is_compiled():
-        tiny = load_scenario(TINY).problem
-        rng = np.random.default_rng(0)
-        make_planner(planner).solve(tiny, _judge(tiny), Budget(max_iterations=50), rng, silent)
 
 
 def _judge(problem: Problem) -> Judge:

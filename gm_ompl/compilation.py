@@ -11,11 +11,14 @@ import hashlib
 import logging
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+
+from gm_ompl import clock
 
 _log = logging.getLogger(__name__)
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -71,6 +74,22 @@ def _announce() -> None:
     _announced = True
 
 
+_compiling = False
+
+
+def _untimed(general: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Compile, or load what was compiled, while the budgets' clock stands still."""
+    global _compiling
+    if _compiling:  # a callee: its time is its caller's
+        return general(arguments)
+    _compiling, started = True, time.monotonic()
+    try:
+        return general(arguments)
+    finally:
+        _compiling = False
+        clock.stand_still(time.monotonic() - started)
+
+
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
     jitted = numba.njit(cache=CACHE is not None, nogil=True, no_cfunc_wrapper=True, **_ARITHMETIC)(
@@ -83,7 +102,7 @@ def compiled(function: _Function) -> _Function:
             _announce()
             # Else numba compiles anew, callers included, for every constant in a call.
             arguments, _ = numba.core.sigutils.normalize_signature(signature)
-            return general(tuple(map(numba.types.unliteral, arguments)))
+            return _untimed(general, tuple(map(numba.types.unliteral, arguments)))
 
         jitted.compile = compile_once
     typed: _Function = jitted

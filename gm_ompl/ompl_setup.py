@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from gm_ompl import clock
 from gm_ompl.api import ScenarioLike, load
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
@@ -71,10 +71,10 @@ def plan_from(setup: Any) -> Plan:
     if not isinstance(setup, HybridSetup) or setup.scenario is None:
         raise InputError(f"plan_from: {type(setup).__name__}: must be made by gm_ompl.setup")
     refuse_unsound(setup.getPlanner())
-    started, problem = time.monotonic(), setup.judge.problem
+    started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
     moves = () if states is None else steady_moves(problem, judged_anew(problem, states))
-    spent = setup.spent + time.monotonic() - started
+    spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
         "time_s": spent,

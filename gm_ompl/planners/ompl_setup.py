@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping
 from typing import Any, final
 
@@ -12,6 +11,7 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
+from gm_ompl import clock
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.ompl_adapter import PlainPlanner
 from gm_ompl.planners.ompl_configure import configure
@@ -117,8 +117,8 @@ class HybridSetup(og.SimpleSetup):
         """
         if callable(limit):
             return self.run(limit)
-        ends = time.monotonic() + float(limit)
-        return self.run(lambda: time.monotonic() >= ends, lambda: time.monotonic() >= ends)
+        ends = clock.now() + float(limit)
+        return self.run(lambda: clock.now() >= ends, lambda: clock.now() >= ends)
 
     def run(self, stop: Callable[[], bool], give_up: Callable[[], bool] | None = None) -> Any:
         """Run the planner until ``stop``; callbacks cut their work short where ``give_up``.
@@ -128,10 +128,10 @@ class HybridSetup(og.SimpleSetup):
         """
         refuse_unsound(self.getPlanner())
         self.guard.watch(give_up)
-        started = time.monotonic()
+        started = clock.now()
         finished = self.guard.finished
         status = super().solve(ob.PlannerTerminationCondition(lambda: finished(stop)))
-        self.spent += time.monotonic() - started
+        self.spent += clock.now() - started
         self.guard.settle()
         return status
 

@@ -6,7 +6,6 @@ import enum
 import os
 import resource
 import sys
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from typing import Any, ClassVar, TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import clock
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
 from gm_ompl.planners.parameters import Parameter, checked
@@ -74,12 +74,12 @@ class Meter:
 
     def __init__(self, budget: Budget) -> None:
         self.budget = budget
-        self._started = time.monotonic()
+        self._started = clock.now()
         self._calls = 0
 
     def elapsed(self) -> float:
-        """Return the wall time since the start [s]."""
-        return time.monotonic() - self._started
+        """Return the wall time since the start, without what compiling took [s]."""
+        return clock.now() - self._started
 
     def spent(self, iterations: int = 0) -> bool:
         """Whether a limit is reached after ``iterations``; cheap enough for inner loops."""
