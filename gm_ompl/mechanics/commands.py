@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.kelley import (
     MAX_CUTS,
@@ -95,7 +95,7 @@ def _next_set(zs: Array, bounds: Array, below: float) -> int:
     return chosen
 
 
-@compiled
+@inlined
 def best_commands(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
     first: Array, zs: Array, limiting: IntArray, commands: Array,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gm_ompl
-from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.load import load, shipped
 from gm_ompl.study.expectations import disagreements
 from tests.verify.counting import Result, count
@@ -43,22 +42,4 @@ def dijkstra_full_size(instance: int) -> Result:
         holds=plain.optimal and ours.optimal and gap <= 1e-6,
         worst=gap,
         note=f"{name}: {plain.cost} by dijkstra, {ours.cost} by astar",
-    )
-
-
-@count(instances=300)
-def plain_search_agrees(instance: int) -> Result:
-    """The plain search with HiGHS finds the same optimal cost, or no plan either.
-
-    On small random lattices, with none of the planner's code (worst: relative difference).
-    """
-    name = f"random/small/{instance}"
-    scenario = gm_ompl.load(name)
-    plain, ours = plain_search(scenario.problem), gm_ompl.plan(scenario)
-    if plain.status is not SearchStatus.SOLVED or ours.cost is None:
-        same = (plain.status is SearchStatus.SOLVED) == (ours.status == "solved")
-        return Result(holds=same, note=f"{name}: {plain.status} plainly, {ours.status} by astar")
-    gap = abs(plain.cost - ours.cost) / max(plain.cost, 1e-300)
-    return Result(
-        holds=gap <= 1e-6, worst=gap, note=f"{name}: {plain.cost} plainly, {ours.cost} by astar"
     )
