@@ -149,29 +149,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = vars(parser.parse_args(arguments))
     path, page, stored = options.pop("store"), options.pop("page"), options.pop("tables_only")
     try:
-        _write(Design(**options), path, page, stored)
+        shown, best = produce(Design(**options), path, page, stored)
+        write_tables(page, tables(shown, best))
     except GmOmplError as error:
         sys.stderr.write(f"{error}\n")
         return 2
     return 0
 
 
-def _write(design: Design, path: Path, page: Path, stored_only: bool) -> None:
+def produce(
+    design: Design, path: Path, page: Path, stored_only: bool
+) -> tuple[tuple[Record, ...], dict[str, float]]:
+    """Return the runs that a page shows and the proven optima by scenario key.
+
+    Args:
+        design: what is compared.
+        path: of the store.
+        page: that will show them.
+        stored_only: make no runs, take those that are stored.
+
+    Raises:
+        InputError: there is no such page, or nothing is stored.
+    """
     if not page.is_file():  # said before hours of runs, not after
         raise InputError(
-            f"--page {page}: no such file; copy docs/comparison.md, whose marks it needs"
+            f"--page {page}: no such file; copy docs/{page.name}, whose marks it needs"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
     with Store(path) as store:
         if stored_only:
-            held = store.get(task.key() for task in runs(design))
-            shown = tuple(held.values())
+            shown = tuple(store.get(task.key() for task in runs(design)).values())
         else:
             with closing(LocalExecutor()) as executor:
                 shown = make(design, store, executor)
         if not shown:
             raise InputError(f"{path}: holds none of these runs; make them without --tables-only")
-        write_tables(page, tables(shown, optima(store.all())))
+        return shown, optima(store.all())
 
 
 if __name__ == "__main__":

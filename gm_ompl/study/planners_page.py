@@ -1,0 +1,121 @@
+"""``python -m gm_ompl.study.planners_page``: every planner over time, for docs/planners.md.
+
+Makes the runs of all planners on the paper's problems, writes their table into the page and draws
+success and cost over time beside it (images/planners.svg). Runs are those of ``comparison_page``,
+kept in the same store: what one has made the other takes from it. Half an hour on two cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.errors import GmOmplError
+from gm_ompl.planners.registry import PLANNERS
+from gm_ompl.study.comparison_page import Design, produce
+from gm_ompl.study.pages import table, write_tables
+from gm_ompl.study.report import cost_quantiles, figure, success_curve
+from gm_ompl.study.store import Record
+from gm_ompl.study.summary import first_times, grouped, ratios
+from gm_ompl.viz.canvas import save, styled
+from gm_ompl.viz.progress import progress_figure
+
+DESIGN = Design(
+    single=("paper/slide", "paper/push", "paper/tumble", "paper/regrasp"),
+    families=(),
+    planners=tuple(name for name in PLANNERS if name != "dijkstra"),
+)
+PICTURE = Path("images/planners.svg")
+"""Beside the page."""
+POINTS = 200
+"""Points in time at which curves of cost are drawn."""
+EARLIEST_S = 0.01
+"""Where the curves' axis of time begins [s]."""
+
+
+def rates(shown: Sequence[Record], best: Mapping[str, float]) -> str:
+    """Return the table: success, time to the first plan, cost and regrasps at the end."""
+    lines = []
+    for scenario, planners in grouped(shown).items():
+        for planner, runs in planners.items():
+            times, costs = first_times(runs), ratios(runs, best)
+            solved = [run for run in runs if run.regrasps is not None]
+            half = np.sort(times)[len(times) // 2]
+            lines.append((
+                scenario, planner, f"{len(solved)} of {len(runs)}",
+                figure(float(half) if np.isfinite(half) else None),
+                figure(float(times[np.isfinite(times)].max()) if solved else None),
+                figure(float(np.median(costs)) if costs.size else None),
+                figure(float(costs.max()) if costs.size else None),
+                figure(float(np.mean([run.regrasps for run in solved])) if solved else None),
+            ))  # fmt: skip
+    head = ("scenario", "planner", "with a plan", "first plan, median s", "worst s",
+            "cost / optimum, median", "worst", "regrasps, mean")  # fmt: skip
+    return table(head, lines)
+
+
+def curves(
+    shown: Sequence[Record], best: Mapping[str, float], end: float
+) -> dict[str, dict[str, dict[str, Any]]]:
+    """Return by scenario and planner what ``progress_figure`` draws, up to time ``end`` [s]."""
+    times = np.geomspace(EARLIEST_S, end, POINTS)
+    return {
+        scenario: {
+            planner: {
+                "success": success_curve(runs, end),
+                "ratio": (times.tolist(), _over_optimum(runs, best, times)),
+            }
+            for planner, runs in planners.items()
+        }
+        for scenario, planners in grouped(shown).items()
+    }
+
+
+def _over_optimum(
+    runs: Sequence[Record], best: Mapping[str, float], times: np.ndarray[Any, np.dtype[np.float64]]
+) -> list[float | None]:
+    """Return the median cost so far over the optimum; None while half the runs have no plan."""
+    optimum = best.get(runs[0].scenario_key)
+    median = cost_quantiles(runs, times)[1]
+    return [None if optimum is None or cost is None else cost / optimum for cost in median]
+
+
+def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, picture: Path) -> None:
+    """Write the picture of what ``curves`` returns."""
+    picture.parent.mkdir(exist_ok=True)
+    with styled():
+        save(progress_figure(panels, end), picture)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Make what is missing, write the table, draw the picture."""
+    parser = argparse.ArgumentParser(
+        prog="python -m gm_ompl.study.planners_page", description=__doc__
+    )
+    parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
+    parser.add_argument("--page", type=Path, default=Path("docs/planners.md"))
+    parser.add_argument("--single", nargs="+", default=DESIGN.single, metavar="SCENARIO")
+    parser.add_argument("--planners", nargs="+", default=DESIGN.planners, metavar="NAME")
+    parser.add_argument("--seeds", type=int, default=DESIGN.seeds)
+    parser.add_argument("--time-limit", type=float, default=DESIGN.time_limit, metavar="S")
+    parser.add_argument("--tables-only", action="store_true", help="make no runs")
+    options = vars(parser.parse_args(arguments))
+    path, page, stored = options.pop("store"), options.pop("page"), options.pop("tables_only")
+    design = Design(**options, families=())
+    try:
+        shown, best = produce(design, path, page, stored)
+        write_tables(page, {"rates": rates(shown, best)})
+        draw(curves(shown, best, design.time_limit), design.time_limit, page.parent / PICTURE)
+    except GmOmplError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
