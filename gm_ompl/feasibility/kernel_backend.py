@@ -51,6 +51,7 @@ class KernelBackend:
         self._contacts: list[ContactState] = []
         self._env: list[Array] = []
         self._load: list[Array] = []
+        self._hands: dict[tuple[int, ...], tuple[Placements, IntArray]] = {}
         self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
         self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
 
@@ -100,7 +101,7 @@ class KernelBackend:
         Raises:
             SolverError: the kernel found neither a decision nor a proof.
         """
-        key = (environment, tuple(self._kinds[i] for i in fingers), placements)
+        key = (environment, self._hand(fingers)[0], placements)
         known = self._known(key, below)
         if known is None:
             known = self._solve(environment, fingers, placements, below)
@@ -111,14 +112,13 @@ class KernelBackend:
         self, environment: int, fingers: tuple[int, ...], placements: Placements, below: float
     ) -> ModeDecision:
         self.decisions += 1
-        hand = np.asarray(fingers, dtype=np.int64)
-        tips = self._tips[hand, np.asarray(placements, dtype=np.int64)]
-        f_com, y = np.zeros(len(hand)), np.zeros(6)
+        f_com, y = np.zeros(len(fingers)), np.zeros(6)
         end, z, direction, mask = modes.decide(
-            self._env[environment], self._load[environment], tips, self._f_max[hand], DIRECTIONS,
-            below / self.scale, -1, f_com, y,
+            self._env[environment], self._load[environment], self._tips, self._hand(fingers)[1],
+            np.array(placements, dtype=np.int64), self._f_max, DIRECTIONS, below / self.scale, -1,
+            -1, f_com, y,
         )  # fmt: skip
-        if y.any() and len(hand) == len(self._f_max):
+        if len(fingers) == len(self._f_max):
             self.pool.add(environment, self._load[environment], y)
         if end == modes.UNDER:
             return ModeDecision(Outcome.BELOW, float(z) * self.scale)
@@ -172,9 +172,8 @@ class KernelBackend:
 
     def _answer(self, environment: int, answers: Decisions, k: int) -> ModeDecision:
         """Return decision ``k`` and keep the cut that it leaves."""
-        y, z = answers.wrenches[k], float(answers.zs[k])
-        if y.any():
-            self.pool.add(environment, self._load[environment], y)
+        z = float(answers.zs[k])
+        self.pool.add(environment, self._load[environment], answers.wrenches[k])
         if answers.ends[k] == modes.UNDER:
             return ModeDecision(Outcome.BELOW, z * self.scale)
         return as_decision(
@@ -182,13 +181,21 @@ class KernelBackend:
             int(answers.masks[k]), answers.commands[k] * self.scale,
         )  # fmt: skip
 
+    def _hand(self, fingers: tuple[int, ...]) -> tuple[Placements, IntArray]:
+        """Return the fingers' kinds and their numbers as an array."""
+        known = self._hands.get(fingers)
+        if known is None:
+            kinds = tuple(self._kinds[i] for i in fingers)
+            known = self._hands[fingers] = kinds, np.array(fingers, dtype=np.int64)
+        return known
+
     def _known(self, key: Key, below: float) -> ModeDecision | None:
         exact, known = self._memo.get(key, (False, None))
         return known if known is not None and (exact or known.z < below) else None
 
     def bound(self, environment: int, fingers: tuple[int, ...], placements: Placements) -> float:
         """Return an upper bound on z of ``decide``, from what was decided so far."""
-        known = self._memo.get((environment, tuple(self._kinds[i] for i in fingers), placements))
+        known = self._memo.get((environment, self._hand(fingers)[0], placements))
         if known is not None:
             return known[1].z
         if len(fingers) != len(self._f_max):

@@ -11,24 +11,54 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.compilation import compiled
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import modes
-from gm_ompl.mechanics.commands import margin
-from gm_ompl.mechanics.instant import DIRECTIONS, as_decision, as_mask, instant_columns
+from gm_ompl.mechanics.instant import (
+    DIRECTIONS,
+    as_decision,
+    as_mask,
+    decide_columns,
+    instant_columns,
+)
 from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.sides import SIDES
-from gm_ompl.mechanics.simplex import INFEASIBLE, TROUBLE
-from gm_ompl.mechanics.stability import FAILED, REACHED, UNBOUNDED, cut, fill, run_pass
+from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE
+from gm_ompl.mechanics.stability import (
+    FAILED,
+    REACHED,
+    UNBOUNDED,
+    cut,
+    fill,
+    run_pass,
+)
 from gm_ompl.mechanics.tableau import NEVER
 
 
-@compiled
+def margin(
+    env: Array, q: Array, tips: Array, f_max: Array, mask: int, below: float, f: Array
+) -> tuple[int, float, int]:
+    """z of Problem (6) for given modes, the best f_com, and the direction that limits z.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        tips: (n, s, 6), the fingers' columns for unit normal force.
+        f_max: (n,), over force_scale, as all forces here.
+        mask: position-controlled fingers as bits.
+        below: a threshold; where z is proven smaller, stop with an upper bound on z.
+        f: output (n,): f_com for the force-controlled fingers.
+
+    Returns:
+        How it ended (see ``modes.decide``), z (or its bound, never below 0), the direction.
+    """
+    end, z, direction, _ = decide_columns(env, q, tips, f_max, below, f, np.zeros(6), only=mask)
+    return end, max(z, 0.0), direction
+
+
 def commanded_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, f: Array,
-    slopes: Array,
-) -> tuple[int, float, float]:  # fmt: skip
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, f: Array, slopes: Array
+) -> tuple[int, float, float]:
     """z of Problem (6) for given modes and given f_com, with a bound on it for every f_com.
 
     Args:
@@ -37,7 +67,6 @@ def commanded_margin(
         tips: (n, s, 6), the fingers' columns for unit normal force.
         f_max: (n,), over force_scale, as all forces here.
         force: (n,), who is force-controlled.
-        L: (76, 6), the directions.
         f: (n,), f_com where force-controlled.
         slopes: output (number of force-controlled fingers,).
 
@@ -50,23 +79,19 @@ def commanded_margin(
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
     basis, y = np.empty(m, dtype=np.int64), np.empty(m)
     cost = fill(env, q, tips, f_max, force, f, raw)
-    end, direction, _ = run_pass(raw, cost, L, T, d, basis, y, False, np.inf, 0.0, NEVER, y)
+    end, direction, _ = run_pass(
+        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y
+    )
     if end == TROUBLE:
         return FAILED, 0.0, 0.0
-    size, h = np.abs(y[:6]).max(), 0.0
-    if size <= 1e-13:
+    size = float(np.abs(y[:6]).max())
+    if size <= NO_TAU:
         return UNBOUNDED, np.inf, np.inf
-    for t in range(6):
-        y[t] /= size
-        h += L[direction, t] * y[t]
-    c = cut(q, tips, f_max, force, y, slopes) / h
-    z, j = c, 0
-    for i in range(n):
-        if force[i]:
-            slopes[j] /= h
-            z += slopes[j] * f[i]
-            j += 1
-    return REACHED, -np.inf if end == INFEASIBLE else z, c
+    wrench = y[:6] / size
+    h = float(DIRECTIONS[direction] @ wrench)
+    c = cut(q, tips, f_max, force, wrench, slopes) / h
+    slopes /= h
+    return REACHED, -np.inf if end == INFEASIBLE else c + float(slopes @ f[force]), c
 
 
 @final
@@ -106,12 +131,11 @@ class Alternatives:
         return tuple(found)
 
     def _best_command(self, mask: int, least: float) -> ModeDecision | None:
-        force, f, y = self._force(mask), np.zeros(len(self._tips)), np.zeros(6)
+        f = np.zeros(len(self._tips))
         end, z, direction = margin(
-            self._env, self._q, self._tips, self._f_max, force, DIRECTIONS,
-            max(least / self._scale, 0.0), f, y,
-        )  # fmt: skip
-        if end != REACHED or z * self._scale < least:
+            self._env, self._q, self._tips, self._f_max, mask, max(least / self._scale, 0.0), f
+        )
+        if end != modes.STABLE or z * self._scale < least:
             return None
         return as_decision(modes.STABLE, z * self._scale, direction, mask, f * self._scale)
 
@@ -130,9 +154,7 @@ class Alternatives:
         force = self._force(as_mask(chosen))
         f, slopes = np.zeros(len(force)), np.zeros(len(f_com))
         f[force] = f_com / self._scale
-        end, z, c = commanded_margin(
-            self._env, self._q, self._tips, self._f_max, force, DIRECTIONS, f, slopes
-        )
+        end, z, c = commanded_margin(self._env, self._q, self._tips, self._f_max, force, f, slopes)
         return (z * self._scale, c * self._scale, slopes) if end == REACHED else None
 
     def _force(self, mask: int) -> BoolArray:

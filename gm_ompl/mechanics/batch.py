@@ -76,15 +76,12 @@ def decide_rows(
         end: one past the last row.
         answers: output.
     """
-    n = len(f_max)
-    here = np.empty((n, tips.shape[2], 6))
+    hand = np.arange(len(f_max))
     for k in range(begin, end):
         state = which[k]
-        for i in range(n):
-            here[i] = tips[i, rows[k, i]]
         env = states.env[states.first[state] : states.first[state + 1]]
         how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
-            env, states.loads[state], here, f_max, L, below, -1, answers.commands[k],
-            answers.wrenches[k],
+            env, states.loads[state], tips, hand, rows[k], f_max, L, below, -1, -1,
+            answers.commands[k], answers.wrenches[k],
         )  # fmt: skip
         answers.ends[k] = how

@@ -30,7 +30,6 @@ from gm_ompl.mechanics.stability import (
     REACHED,
     UNBOUNDED,
     fill,
-    position_margin,
     run_pass,
 )
 from gm_ompl.mechanics.tableau import NEVER
@@ -39,6 +38,15 @@ ZERO = 1e-10
 """z up to this (over force_scale) is no margin at all."""
 TIE = 1e-7
 """z equal within this, relatively, is a tie (convention)."""
+
+
+@compiled
+def _among(value: int, chosen: IntArray, count: int) -> bool:
+    """Whether a value is among the first ones chosen."""
+    found = False
+    for i in range(count):
+        found = found or chosen[i] == value
+    return found
 
 
 @compiled
@@ -53,7 +61,7 @@ def _joint(
     basis, y = np.empty(m, dtype=np.int64), np.empty(m)
     chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
     for K in range(len(met) - 1, -1, -1):
-        if count < 1 + n and not (chosen[:count] == met[K]).any():
+        if count < 1 + n and not _among(met[K], chosen, count):
             chosen[count] = met[K]
             count += 1
     while True:
@@ -69,7 +77,7 @@ def _joint(
         end, direction, _ = run_pass(raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y)
         if end == SOLVED:
             return REACHED, z, direction
-        if end == TROUBLE or count == MAX_BLOCKS or (chosen[:count] == direction).any():
+        if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
             return FAILED, 0.0, direction
         chosen[count] = direction
         count += 1
@@ -153,42 +161,7 @@ def best_commands(
                 return UNBOUNDED, np.inf
             else:
                 K += 1
-    return (REACHED if top >= below else BELOW), max(top, cuts.bounds.max())
-
-
-@compiled
-def margin(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
-    f: Array, y: Array,
-) -> tuple[int, float, int]:  # fmt: skip
-    """z of Problem (6) for given modes, the best f_com, and the direction that limits z.
-
-    Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale, as all forces here.
-        force: (n,), who is force-controlled.
-        L: (76, 6), the directions.
-        below: a threshold; where z is proven smaller, stop with an upper bound on z.
-        f: output (n,): f_com for the force-controlled fingers.
-        y: output (6,): where nobody is force-controlled, the wrench of the cut that proves z.
-
-    Returns:
-        How it ended, z (or its bound, never below 0), the direction.
-    """
-    if not force.any():
-        end, z, direction = position_margin(env, q, tips, f_max, L, below, True, y)
-        return end, max(z, 0.0), direction
-    mask = 0 * len(force)
-    for i in range(len(force)):
-        if not force[i]:
-            mask |= 1 << i
-    zs, limiting, commands = np.empty(1), np.empty(1, dtype=np.int64), np.empty((1, len(f)))
-    end, bound = best_commands(
-        env, q, tips, f_max, L, below, np.array([mask]), np.zeros(6), zs, limiting, commands
-    )
-    if end == REACHED:
-        f[:] = commands[0]
-        return REACHED, zs[0], limiting[0]
-    return end, max(bound, 0.0), -1
+    bound = top
+    for j in range(sets):
+        bound = max(bound, cuts.bounds[j])
+    return (REACHED if top >= below else BELOW), bound

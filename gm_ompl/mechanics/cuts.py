@@ -11,6 +11,7 @@ then refutes most other sets.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, final
 
 import numpy as np
@@ -23,22 +24,53 @@ PER_STATE = 128
 
 
 @compiled
-def tip_terms(columns: Array, f_max: Array, y: Array, terms: Array) -> None:
-    """Write T_i(g) (n, P) for all fingers and placements, from columns (n, s, 6, P)."""
+def write_cut(
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, alike: IntArray, terms: Array
+) -> float:
+    """Write T_i(g) / h_P(y), (n, P), for all fingers and placements; return c / h_P(y).
+
+    Args:
+        q: (6,), the load.
+        y: (6,).
+        L: (76, 6), the directions.
+        columns: (n, s, 6, P), the fingers' columns for unit normal force.
+        f_max: (n,).
+        alike: (n,), per finger the first one with the same columns and f_max.
+        terms: output.
+
+    Returns:
+        NaN where y is no cut: h_P(y) is not positive.
+    """
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
-    dots = np.empty(P)
+    reach, constant = 0.0, 0.0
+    for i in range(len(L)):
+        dot = 0.0
+        for t in range(6):
+            dot += L[i, t] * y[t]
+        reach = max(reach, dot)
+    if not reach > 0.0:
+        return np.nan
+    for t in range(6):
+        constant += q[t] * y[t]
+    y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
     for i in range(n):
-        terms[i, :] = 0.0
-        for k in range(s):
-            dots[:] = 0.0
-            # Innermost over placements, which lie side by side in memory.
-            for t in range(6):
-                for g in range(P):
-                    dots[g] += columns[i, k, t, g] * y[t]
+        if alike[i] < i:
             for g in range(P):
-                terms[i, g] = max(terms[i, g], dots[g])
+                terms[i, g] = terms[alike[i], g]
+            continue
         for g in range(P):
-            terms[i, g] *= f_max[i]
+            terms[i, g] = 0.0
+        for k in range(s):
+            a = columns[i, k]
+            # Innermost over placements, which lie side by side in memory.
+            for g in range(P):
+                dot = (a[0, g] * y0 + a[1, g] * y1 + a[2, g] * y2) + (
+                    a[3, g] * y3 + a[4, g] * y4 + a[5, g] * y5
+                )
+                terms[i, g] = max(terms[i, g], dot)
+        for g in range(P):
+            terms[i, g] *= f_max[i] / reach
+    return constant / reach
 
 
 class CutTables(NamedTuple):
@@ -87,6 +119,9 @@ class CutPool:
     def __init__(self, tips: Array, f_max: Array, directions: Array) -> None:
         self._shape, self._f_max, self._directions = tips.shape[:2], f_max, directions
         self._columns = np.ascontiguousarray(tips.transpose(0, 2, 3, 1))
+        self._alike = np.array([
+            next(j for j in range(i + 1) if self._same(i, j)) for i in range(len(f_max))
+        ], dtype=np.int64)  # fmt: skip
         self.clear()
 
     def clear(self) -> None:
@@ -113,31 +148,41 @@ class CutPool:
             )
 
     def add(self, state: int, q: Array, y: Array) -> None:
-        """Add the cut of ``y`` (6,), in the polar of the state's cone, under the load ``q``."""
-        reach = float((self._directions @ y).max())
-        if not reach > 0.0:
-            return
+        """Add the cut of ``y`` (6,), in the polar of the state's cone, under the load ``q``.
+
+        Nothing is added where ``y`` bounds nothing (zero, say).
+        """
         self.reserve(state + 1)
         added = self._added.get(state, 0)
         place = added % PER_STATE
-        slot = int(self.tables.members[state, place]) if added >= PER_STATE else self._new_slot()
+        full = added >= PER_STATE
+        slot = int(self.tables.members[state, place]) if full else self._free_slot()
         tables = self.tables
-        tables.members[state, place] = slot
-        tables.counts[state] = min(added + 1, PER_STATE)
-        tables.constants[slot] = float(q @ y) / reach
-        tip_terms(self._columns, self._f_max, y / reach, tables.terms[slot])
+        constant = write_cut(
+            q, y, self._directions, self._columns, self._f_max, self._alike, tables.terms[slot]
+        )
+        if math.isnan(constant):
+            return
+        if not full:
+            self._used += 1
+            tables.members[state, place] = slot
+            tables.counts[state] = added + 1
+        tables.constants[slot] = constant
         self._added[state] = added + 1
         self.version += 1
 
-    def _new_slot(self) -> int:
+    def _same(self, i: int, j: int) -> bool:
+        same = self._f_max[i] == self._f_max[j]
+        return bool(same) and np.array_equal(self._columns[i], self._columns[j])
+
+    def _free_slot(self) -> int:
         constants, terms = self.tables.constants, self.tables.terms
         if self._used == len(constants):
             self.tables = self.tables._replace(
                 constants=np.concatenate([constants, np.empty_like(constants)]),
                 terms=np.concatenate([terms, np.empty_like(terms)]),
             )
-        self._used += 1
-        return self._used - 1
+        return self._used
 
     def bound(self, state: int, rows: IntArray) -> float:
         """Return an upper bound on z (over force_scale) for all fingers at ``rows`` (n,)."""

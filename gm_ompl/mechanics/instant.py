@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from gm_ompl.arrays import Array
@@ -35,13 +37,19 @@ def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> 
         raise SolverError("the mechanics kernel found neither a mode decision nor a proof")
     if end != modes.STABLE:
         return ModeDecision(OUTCOMES[end], -np.inf)
-    held = [bool((mask >> i) & 1) for i in range(len(f_com))]
-    return ModeDecision(
-        Outcome.STABLE,
-        float(z),
-        tuple(ControlMode.POSITION if p else ControlMode.FORCE for p in held),
-        tuple(None if p else float(f) for p, f in zip(held, f_com, strict=True)),
-        int(direction),
+    held = _held(mask, len(f_com))
+    commands = tuple([
+        None if mode is ControlMode.POSITION else f
+        for mode, f in zip(held, f_com.tolist(), strict=True)
+    ])  # fmt: skip
+    return ModeDecision(Outcome.STABLE, float(z), held, commands, int(direction))
+
+
+@functools.cache
+def _held(mask: int, fingers: int) -> tuple[ControlMode, ...]:
+    """Return a bit mask's modes."""
+    return tuple(
+        ControlMode.POSITION if (mask >> i) & 1 else ControlMode.FORCE for i in range(fingers)
     )
 
 
@@ -61,6 +69,17 @@ def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
     return env, q, tips, instant.max_normal_force / scale
 
 
+def decide_columns(
+    env: Array, q: Array, tips: Array, f_max: Array, below: float, f_com: Array, y: Array,
+    previous: int = -1, only: int = -1,
+) -> tuple[int, float, int, int]:  # fmt: skip
+    """Decide Sec. 3.4 for a hand given by its columns (n, s, 6); the rest as ``modes.decide``."""
+    everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
+    return modes.decide(
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only, f_com, y
+    )
+
+
 def decide_instant(
     instant: Instant, previous: tuple[ControlMode, ...] | None = None
 ) -> ModeDecision:
@@ -71,8 +90,8 @@ def decide_instant(
     """
     env, q, tips, f_max = instant_columns(instant)
     f_com = np.zeros(len(f_max))
-    end, z, direction, mask = modes.decide(
-        env, q, tips, f_max, DIRECTIONS, 0.0, as_mask(previous), f_com, np.zeros(6)
+    end, z, direction, mask = decide_columns(
+        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
     )
     scale = instant.force_scale
     return as_decision(end, z * scale, direction, mask, f_com * scale)

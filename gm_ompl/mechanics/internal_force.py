@@ -136,7 +136,10 @@ def excessive(P: Array, K: int) -> bool:
     for i in range(K):
         for t in range(6):
             x[t] += P[i, t]
-    size = np.sqrt((x * x).sum())
+    size = 0.0
+    for t in range(6):
+        size += x[t] * x[t]
+    size = np.sqrt(size)
     for attempt in range(2):
         low = np.inf
         for i in range(K):

@@ -114,10 +114,10 @@ def no_cuts(f_max: Array, masks: IntArray, zs: Array, commands: Array) -> Cuts:
     (sets,) gets -1.
     """
     sets, n = len(masks), len(f_max)
-    trials, force = np.empty((sets, n)), np.empty(n, dtype=np.bool_)
+    trials, force, bounds = np.empty((sets, n)), np.empty(n, dtype=np.bool_), np.empty(sets)
     for j in range(sets):
         force_control(masks[j], force)
-        zs[j], nf = -1.0, 0
+        zs[j], bounds[j], nf = -1.0, np.inf, 0
         for i in range(n):
             commands[j, i] = f_max[i]
             if force[i]:
@@ -125,8 +125,8 @@ def no_cuts(f_max: Array, masks: IntArray, zs: Array, commands: Array) -> Cuts:
                 nf += 1
     return Cuts(
         np.empty(MAX_CUTS), np.empty(MAX_CUTS, dtype=np.int64), np.empty((sets, MAX_CUTS)),
-        np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64), np.full(sets, np.inf),
-        trials, np.zeros(sets, dtype=np.int64),
+        np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64), bounds, trials,
+        np.zeros(sets, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -160,7 +160,9 @@ def add_cut(
         size = max(size, abs(y[t]))
     if size <= NO_TAU:
         return False
-    unit = y[:6] / size
+    unit = np.empty(6)
+    for t in range(6):
+        unit[t] = y[t] / size
     cuts.h[K] = 0.0
     for i in range(len(L)):
         dot = 0.0
@@ -186,8 +188,9 @@ def try_command(
     tried, bound = cuts.passes[j], cuts.bounds[j]
     cuts.passes[j] += 1
     cost = fill(env, q, tips, f_max, force, commands[j], work.raw)
-    work.change[:] = work.raw[:, 0] - work.tau[j]
-    work.tau[j] = work.raw[:, 0]
+    for r in range(len(work.change)):
+        work.change[r] = work.raw[r, 0] - work.tau[j, r]
+        work.tau[j, r] = work.raw[r, 0]
     aim = bound - GAP * max(bound, 1e-3) if bound < np.inf else 0.0
     limit, enough = (1.0 / aim, 1.0 / aim) if aim > 0.0 else (np.inf, 0.0)
     patience, warm = NEVER if bound < np.inf else FIRST_LOOK, tried % FRESH > 0

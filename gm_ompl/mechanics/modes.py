@@ -15,10 +15,26 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.internal_force import excessive
-from gm_ompl.mechanics.stability import BELOW, REACHED, equilibrium, position_margin
+from gm_ompl.mechanics.stability import BELOW, REACHED, UNBOUNDED, equilibrium, position_margin
 
-STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, TROUBLE = 0, 1, 2, 3, 4
-"""Ends of a decision; UNDER: z is proven smaller than the threshold, and a bound is returned."""
+STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, TROUBLE, UNLIMITED = 0, 1, 2, 3, 4, 5
+"""Ends of a decision; UNDER: z is proven smaller than the threshold, and a bound is returned;
+UNLIMITED: z = +inf, which no set that passes (5) has."""
+
+
+@compiled
+def at_placements(
+    table: Array, hand: IntArray, rows: IntArray, f_max: Array
+) -> tuple[Array, Array]:
+    """Return a hand's columns (k, s, 6) at its placements, and its limits (k,)."""
+    s = table.shape[2]
+    tips, limits = np.empty((len(hand), s, 6)), np.empty(len(hand))
+    for i in range(len(hand)):
+        limits[i] = f_max[hand[i]]
+        for k in range(s):
+            for t in range(6):
+                tips[i, k, t] = table[hand[i], rows[i], k, t]
+    return tips, limits
 
 
 @compiled
@@ -26,17 +42,22 @@ def unit_columns(env: Array, tips: Array, mask: int, P: Array) -> int:
     """Write the columns of Problem (5) for a set, each of unit norm in (7); return their number."""
     K = 0
     for j in range(len(env)):
-        norm = np.sqrt((env[j] * env[j]).sum())
         for t in range(6):
-            P[K, t] = env[j, t] / norm
+            P[K, t] = env[j, t]
         K += 1
     for i in range(len(tips)):
         if (mask >> i) & 1:
             for k in range(tips.shape[1]):
-                norm = np.sqrt((tips[i, k] * tips[i, k]).sum())
                 for t in range(6):
-                    P[K, t] = tips[i, k, t] / norm
+                    P[K, t] = tips[i, k, t]
                 K += 1
+    for j in range(K):
+        square = 0.0
+        for t in range(6):
+            square += P[j, t] * P[j, t]
+        norm = np.sqrt(square)
+        for t in range(6):
+            P[j, t] /= norm
     return K
 
 
@@ -96,30 +117,38 @@ def _best_set(
     end, bound = best_commands(env, q, tips, f_max, L, below, passed, first, zs, limiting, commands)
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
+    if end == UNBOUNDED:
+        return UNLIMITED, np.inf, -1, 0
     if end == REACHED:
-        top = zs.max()
+        top = 0.0
+        for j in range(count):
+            top = max(top, zs[j])
         for j in range(count):
             if zs[j] >= top * (1.0 - TIE):
-                f_com[:] = commands[j]
+                for i in range(len(f_com)):
+                    f_com[i] = commands[j, i]
                 return STABLE, zs[j], limiting[j], passed[j]
     return TROUBLE, 0.0, -1, 0
 
 
 @compiled
 def decide(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, previous: int,
-    f_com: Array, y: Array,
+    env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
+    below: float, previous: int, only: int, f_com: Array, y: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4.
+    """Decide Sec. 3.4 for fingers at some of their placements.
 
     Args:
         env: (e, 6), the environment's columns.
         q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale, as all forces here.
+        table: (N, P, s, 6), all fingers' columns for unit normal force at all placements.
+        hand: (n,), the fingers that touch.
+        rows: (n,), where.
+        f_max: (N,), over force_scale, as all forces here.
         L: (76, 6), the directions.
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
+        only: mask of the one set to consider, whether it passes (5) or not; -1 for all.
         f_com: output (n,): commands of the force-controlled fingers.
         y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
             any modes and, as a cut, for any placements; zero where there is none.
@@ -127,28 +156,34 @@ def decide(
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
-    n = len(tips)
+    n = len(hand)
     everyone = (1 << n) - 1
+    tips, limits = at_placements(table, hand, rows, f_max)
     P = np.empty((len(env) + n * tips.shape[1], 6))
-    tight = not excessive(P, unit_columns(env, tips, everyone, P))
-    end, z, direction = position_margin(env, q, tips, f_max, L, below, tight, y)
-    if end == BELOW:
-        return UNDER, z, direction, everyone
-    if tight and end != REACHED:
-        return TROUBLE, 0.0, -1, 0
-    if tight:
-        f_com[:] = 0.0
-        mask = everyone
-    else:
-        passed = np.empty(1 << n, dtype=np.int64)
-        passes = passing_sets(env, tips, previous, passed)
+    tight = only == everyone
+    if only < 0:
+        tight = not excessive(P, unit_columns(env, tips, everyone, P))
+    for i in range(n):
+        f_com[i] = 0.0
+    z, direction, mask = 0.0, -1, everyone
+    if only < 0 or tight:
+        end, z, direction = position_margin(env, q, tips, limits, L, below, tight, y)
+        if end == BELOW:
+            return UNDER, z, direction, everyone
+        if tight and end != REACHED:
+            return UNLIMITED if end == UNBOUNDED else TROUBLE, z, -1, 0
+    if not tight:
+        passed, passes = np.empty(1 << n, dtype=np.int64), 1
+        passed[0] = only
+        if only < 0:
+            passes = passing_sets(env, tips, previous, passed)
         if passes == 0:
             return INTERNAL_FORCE, -np.inf, -1, 0
         end, z, direction, mask = _best_set(
-            env, q, tips, f_max, L, below, passed[:passes], y, f_com
+            env, q, tips, limits, L, below, passed[:passes], y, f_com
         )
         if end != STABLE:
             return end, z, direction, mask
-    if z <= 0.0 and not equilibrium(env, q, tips, f_max, L, f_com):
+    if z <= 0.0 and not equilibrium(env, q, tips, limits, L, f_com):
         return NO_EQUILIBRIUM, -np.inf, -1, 0
     return STABLE, max(z, 0.0), direction, mask

@@ -128,9 +128,11 @@ def run_pass(
         # not help, or the pivots went round in circles: from the beginning, with care.
         if end != TROUBLE and attempt < ATTEMPTS - 2:
             refactor(raw, cost, L, T, d, basis, m, N)
-            if d[:N].min() >= -DRIFT:
-                for j in range(N):
-                    d[j] = max(d[j], 0.0)
+            least = 0.0
+            for j in range(N):
+                least = min(least, d[j])
+                d[j] = max(d[j], 0.0)
+            if least >= -DRIFT:
                 continue
         start(raw, cost, L, T, d, basis, m, N)
     return end, direction, tau
@@ -168,7 +170,8 @@ def position_margin(
         raw, cost, L, T, d, basis, prices, False, limit, enough, NEVER if exact else A_LOOK,
         prices,
     )  # fmt: skip
-    y[:] = prices[:6]
+    for t in range(6):
+        y[t] = prices[t]
     if end == TROUBLE:
         return FAILED, 0.0, direction
     if end == INFEASIBLE:
@@ -200,7 +203,8 @@ def equilibrium(env: Array, q: Array, tips: Array, f_max: Array, L: Array, f: Ar
     start(raw, 0.0, L, T, d, basis, m, N)
     if feasible(T, d, basis, m, N, N + m, b, x) != 1:
         return False
-    f[:] = 0.0
+    for i in range(n):
+        f[i] = 0.0
     for r in range(m):
         if 1 + e <= basis[r] < 1 + e + n * s:
             f[(basis[r] - 1 - e) // s] += max(x[r], 0.0)

@@ -13,8 +13,7 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.mass import mass_properties
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull
-from gm_ompl.mechanics.columns import directions
-from gm_ompl.mechanics.commands import margin
+from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import instant_columns
 from gm_ompl.problem import Environment
 from gm_ompl.reference.modes import decide_modes
@@ -23,10 +22,7 @@ from gm_ompl.reference.modes import decide_modes
 def z_of(instant: Instant, mask: int) -> float:
     """z with the best f_com for a fixed set of position-controlled fingers; Problem (5) unasked."""
     env, q, tips, f_max = instant_columns(instant)
-    force = np.array([not (mask >> i) & 1 for i in range(len(f_max))])
-    _, z, _ = margin(
-        env, q, tips, f_max, force, directions(), 0.0, np.zeros(len(f_max)), np.zeros(6)
-    )
+    _, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
     return float(z) * instant.force_scale
 
 

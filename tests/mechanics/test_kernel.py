@@ -11,8 +11,13 @@ import pytest
 from gm_ompl.contact.decision import ControlMode, Outcome
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.mechanics import modes
-from gm_ompl.mechanics.commands import margin
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_columns
+from gm_ompl.mechanics.alternatives import margin
+from gm_ompl.mechanics.instant import (
+    DIRECTIONS,
+    decide_columns,
+    decide_instant,
+    instant_columns,
+)
 from gm_ompl.mechanics.internal_force import excessive
 from gm_ompl.reference.modes import all_mode_sets, decide_modes
 from gm_ompl.reference.stability import DIRECTIONS as PAPERS_DIRECTIONS
@@ -47,8 +52,8 @@ def test_every_mode_set_agrees(seed: int, instances: ModuleType, agreement: Modu
             continue
         assert mine == verdict.excessive
         if judged.stability is not None:
-            f, y = np.zeros(len(force)), np.zeros(6)
-            _, z, _ = margin(env, q, tips, f_max, force, DIRECTIONS, 0.0, f, y)
+            f = np.zeros(len(force))
+            _, z, _ = margin(env, q, tips, f_max, mask, 0.0, f)
             assert agreement.z_error(z, max(judged.stability.z, 0.0), 1.0) <= agreement.AGREE
             assert (f[force] <= f_max[force]).all()
             assert (f >= 0.0).all()
@@ -61,11 +66,11 @@ def test_a_threshold_changes_no_answer_above_it(seed: int, instances: ModuleType
     instant = instances.random_instance(rng, int(rng.integers(1, 4)))
     env, q, tips, f_max = instant_columns(instant)
     f, y, g = np.zeros(len(f_max)), np.zeros(6), np.zeros(len(f_max))
-    end, z, _, mask = modes.decide(env, q, tips, f_max, DIRECTIONS, 0.0, -1, f, y)
+    end, z, _, mask = decide_columns(env, q, tips, f_max, 0.0, f, y)
     for below in (1e-3, 0.1, 0.999 * abs(z) if np.isfinite(z) else 0.5, 1.001 * abs(z) + 1e-3, 3.0):
         if not np.isfinite(below):
             continue
-        how, bound, _, other = modes.decide(env, q, tips, f_max, DIRECTIONS, below, -1, g, y)
+        how, bound, _, other = decide_columns(env, q, tips, f_max, below, g, y)
         if end == modes.STABLE and z >= below:
             assert (how, other) == (end, mask)
             assert bound == pytest.approx(z, rel=1e-8)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, nnls
 
+from gm_ompl.mechanics import modes
+from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.blocks import joint_margin
-from gm_ompl.mechanics.commands import margin
 from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
 from gm_ompl.mechanics.internal_force import least_norm_point
 from gm_ompl.mechanics.master import best_command
@@ -69,9 +70,9 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
     rng = np.random.default_rng(seed)
     env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
     force = np.array([True, seed % 2 == 0])
-    f, y = np.zeros(2), np.zeros(6)
-    end, z, direction = margin(env, q, tips, f_max, force, DIRECTIONS, 0.0, f, y)
-    if end != REACHED or z < 1e-6:
+    mask = sum(1 << i for i in range(2) if not force[i])
+    end, z, direction = margin(env, q, tips, f_max, mask, 0.0, np.zeros(2))
+    if end != modes.STABLE or z < 1e-6:
         return
     chosen, count = np.zeros(24, dtype=np.int64), 1
     chosen[0] = direction
