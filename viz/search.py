@@ -194,29 +194,13 @@ class _Sets:
 
 def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> None:
     """Draw the trees over the object's coordinates: x and y, or s and sets of placements."""
-    from matplotlib.collections import LineCollection
-
     flat = len(story.problem.motion.names) > 1
     sets = _Sets(story)
     place = {
         number: (row["q"][0], row["q"][1] if flat else sets.row(row["placements"]))
         for number, row in vertices.items()
     }
-    looks = {
-        ("displacement", "start"): ("#0072b2", "-"), ("regrasp", "start"): ("#d55e00", ":"),
-        ("displacement", "goal"): ("#009e73", "-"), ("regrasp", "goal"): ("#cc79a7", ":"),
-    }  # fmt: skip
-    for (kind, tree), (colour, line) in looks.items():
-        lines = [
-            (place[row["parent"]], place[number])
-            for number, row in vertices.items()
-            if row["parent"] in place and (row["kind"], row["tree"]) == (kind, tree)
-        ]
-        if lines:
-            label = kind if tree == "start" else f"{kind}, goal's tree"
-            ax.add_collection(
-                LineCollection(lines, colors=colour, linestyles=line, linewidths=0.5, label=label)
-            )
+    _edges(ax, vertices, place)
     points = np.array(list(place.values()))
     ax.scatter(points[:, 0], points[:, 1], s=1.0, color="0.2", rasterized=len(points) > 5000)
     regrasps = [place[n] for n, row in vertices.items() if row["kind"] == "regrasp"]
@@ -237,6 +221,29 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
         ax.yaxis.get_major_locator().set_params(integer=True)
     ax.autoscale_view()
     _legend_above(ax)
+
+
+def _edges(
+    ax: Any, vertices: Mapping[int, Mapping[str, Any]], place: Mapping[int, tuple[float, float]]
+) -> None:
+    """Draw the trees' edges, by kind and tree."""
+    from matplotlib.collections import LineCollection
+
+    looks = {
+        ("displacement", "start"): ("#0072b2", "-"), ("regrasp", "start"): ("#d55e00", ":"),
+        ("displacement", "goal"): ("#009e73", "-"), ("regrasp", "goal"): ("#cc79a7", ":"),
+    }  # fmt: skip
+    for (kind, tree), (colour, line) in looks.items():
+        lines = [
+            (place[row["parent"]], place[number])
+            for number, row in vertices.items()
+            if row["parent"] in place and (row["kind"], row["tree"]) == (kind, tree)
+        ]
+        if lines:
+            label = kind if tree == "start" else f"{kind}, goal's tree"
+            ax.add_collection(
+                LineCollection(lines, colors=colour, linestyles=line, linewidths=0.5, label=label)
+            )
 
 
 def _legend_above(ax: Any) -> Any:

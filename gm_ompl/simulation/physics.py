@@ -185,47 +185,17 @@ class Physics:
 
 def _mjcf(world: World) -> str:
     """Return the world in MuJoCo's language."""
-    n = len(world.radius)
-    meshes, fixed, own, pairs = [], [], [], []
-
-    def geom(name: str, vertices: Array, colour: str) -> str:
-        meshes.append(f'<mesh name="{name}" vertex={quoteattr(_numbers(vertices))}/>')
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        common = f'name="{name}" rgba="{colour}"'
-        if _is_box(vertices, low, high):
-            meshes.pop()
-            return (
-                f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
-                f'size="{_numbers((high - low) / 2)}"/>'
-            )
-        return f'<geom {common} type="mesh" mesh="{name}"/>'
-
-    def pair(a: str, b: str, mu: float) -> None:
-        pairs.append(
-            f'<pair geom1="{a}" geom2="{b}" condim="3" solref="{CONTACT}" solimp="{IMPEDANCE}" '
-            f'friction="{mu!r} {mu!r} 0 0 0"/>'
-        )
-
+    meshes: list[str] = []
+    fixed = []
     if world.floor:
         side = 40 * world.size
         fixed.append(f'<geom name="floor" type="plane" size="{side} {side} 1" material="floor"/>')
-    fixed += [geom(f"wall{k}", v, "0.6 0.6 0.65 0.35") for k, v in enumerate(world.obstacles)]
-    own += [geom(f"piece{k}", v, "0.8 0.6 0.35 1") for k, v in enumerate(world.pieces)]
-    around = ["floor"] * world.floor + [f"wall{k}" for k in range(len(world.obstacles))]
-    for k in range(len(world.pieces)):
-        for other in around:
-            pair(f"piece{k}", other, world.environment_friction)
-        for i in range(n):
-            pair(f"piece{k}", f"tip{i}", float(world.friction[i]))
+    for k, vertices in enumerate(world.obstacles):
+        fixed.append(_geom(f"wall{k}", vertices, "0.6 0.6 0.65 0.35", meshes))
+    own = [_geom(f"piece{k}", v, "0.8 0.6 0.35 1", meshes) for k, v in enumerate(world.pieces)]
+    tips = [_tip(i, radius) for i, radius in enumerate(world.radius.tolist())]
     J = world.inertia
     six = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
-    tips = [
-        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
-        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/>'
-        f'<geom name="tip{i}" type="sphere" size="{r!r}" rgba="{_COLOURS[i % len(_COLOURS)]}"/>'
-        f"</body>"
-        for i, r in enumerate(world.radius.tolist())
-    ]
     return f"""<mujoco>
 <compiler angle="radian" inertiafromgeom="false" boundmass="0" boundinertia="0"/>
 <option timestep="{STEP}" gravity="0 0 {-world.gravity}" cone="elliptic" impratio="{FRICTION_RATIO}"
@@ -245,7 +215,43 @@ def _mjcf(world: World) -> str:
 <body name="object"><freejoint/>
   <inertial pos="0 0 0" mass="{world.mass!r}" fullinertia="{_numbers(np.array(six))}"/>
   {"".join(own)}</body>{"".join(tips)}</worldbody>
-<contact>{"".join(pairs)}</contact></mujoco>"""
+<contact>{"".join(_pairs(world))}</contact></mujoco>"""
+
+
+def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
+    """Return a convex piece's geometry; one that is no box adds its mesh to ``meshes``."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    common = f'name="{name}" rgba="{colour}"'
+    if _is_box(vertices, low, high):
+        return (
+            f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
+            f'size="{_numbers((high - low) / 2)}"/>'
+        )
+    meshes.append(f'<mesh name="{name}" vertex={quoteattr(_numbers(vertices))}/>')
+    return f'<geom {common} type="mesh" mesh="{name}"/>'
+
+
+def _tip(i: int, radius: float) -> str:
+    """Return a fingertip's body."""
+    return (
+        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
+        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/>'
+        f'<geom name="tip{i}" type="sphere" size="{radius!r}" '
+        f'rgba="{_COLOURS[i % len(_COLOURS)]}"/></body>'
+    )
+
+
+def _pairs(world: World) -> Iterator[str]:
+    """Yield what may touch: the object's pieces and the environment, or a fingertip."""
+    around = ["floor"] * world.floor + [f"wall{k}" for k in range(len(world.obstacles))]
+    friction = [(other, world.environment_friction) for other in around]
+    friction += [(f"tip{i}", float(mu)) for i, mu in enumerate(world.friction)]
+    for k in range(len(world.pieces)):
+        for other, mu in friction:
+            yield (
+                f'<pair geom1="piece{k}" geom2="{other}" condim="3" solref="{CONTACT}" '
+                f'solimp="{IMPEDANCE}" friction="{mu!r} {mu!r} 0 0 0"/>'
+            )
 
 
 _COLOURS = ("0.85 0.2 0.2 1", "0.2 0.4 0.85 1", "0.2 0.7 0.3 1", "0.8 0.5 0.1 1")

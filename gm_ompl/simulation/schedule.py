@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -257,16 +258,7 @@ class _Scheduler:
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]
-        fields = {
-            "force_share": hand.share,
-            "f_com": hand.f_com,
-            "least": np.full(n, np.nan),
-            "most": np.full(n, np.nan),
-            "limit": hand.limit,
-            "press": np.zeros(n),
-            "down": hand.down,
-            "landing": np.zeros(n, dtype=bool),
-        }
+        fields = self._unchanged()
         rows = {"step": self.step, "segment": -1, "z": self.z, "phase": PHASES.index(phase)}
         shaped = {
             k: np.broadcast_to(arrays.get(k, v), (K, n)).astype(v.dtype) for k, v in fields.items()
@@ -287,3 +279,17 @@ class _Scheduler:
             )
         )
         self.notes.clear()
+
+    def _unchanged(self) -> dict[str, Any]:
+        """Return per field of a Timeline what the fingers (n,) do where nothing else is said."""
+        hand, n = self.hand, len(self.hand.points)
+        return {
+            "force_share": hand.share,
+            "f_com": hand.f_com,
+            "least": np.full(n, np.nan),
+            "most": np.full(n, np.nan),
+            "limit": hand.limit,
+            "press": np.zeros(n),
+            "down": hand.down,
+            "landing": np.zeros(n, dtype=bool),
+        }
