@@ -14,6 +14,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import LIFTED
+from gm_ompl.graph.watch import Stop, never, watched
 from gm_ompl.problem import Placements, Problem
 
 LEVELS = 64
@@ -22,8 +23,8 @@ LEVELS = 64
 MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
 
-MOST_NODES = 8_000_000
-"""On a larger lattice the bound would take longer to make than it can save."""
+MOST_NODES = 3_000_000
+"""On a larger lattice one level would take longer than a budget may go unheard."""
 
 MOST_TESTED = 30_000
 """On larger lattices the object counts as free everywhere: testing would outlast the search."""
@@ -43,9 +44,15 @@ class PlanarHeuristic:
         problem: the problem; its motion is planar.
         judge: its judge.
         goals: the goal's nodes; at least one.
+        stop: asked now and then while the bound is made.
+
+    Raises:
+        Stopped: ``stop`` said so.
     """
 
-    def __init__(self, problem: Problem, judge: Judge, goals: tuple[int, ...]) -> None:
+    def __init__(
+        self, problem: Problem, judge: Judge, goals: tuple[int, ...], stop: Stop = never
+    ) -> None:
         hand, self._X_regr = problem.fingers, problem.cost.regrasp
         reach = [np.linalg.norm(judge.centres(i)[:, :2], axis=1) for i in range(hand.count)]
         count = max(1, min(LEVELS, MOST_NUMBERS // problem.lattice.size))
@@ -54,7 +61,7 @@ class PlanarHeuristic:
             np.searchsorted(levels, r, side="right").clip(1) - 1 for r in reach
         ]
         self._level_lists = [level.tolist() for level in self._level]
-        self._distance = _distances(problem, goals, levels)
+        self._distance = _distances(problem, goals, levels, stop)
         self._blocked = _blocked(problem, judge, goals)
         self._blocked_lists = [mask.tolist() for mask in self._blocked]
 
@@ -95,16 +102,16 @@ def _levels(reach: Array, count: int) -> Array:
     return found
 
 
-def _distances(problem: Problem, goals: tuple[int, ...], levels: Array) -> Array:
+def _distances(problem: Problem, goals: tuple[int, ...], levels: Array, stop: Stop) -> Array:
     """Return the object's least cost from every lattice node to the nearest goal, (size, levels).
 
     Per level, fingertips are that far from the yaw axis.
     """
     lattice, P = problem.lattice, problem.cost.samples_per_arc
-    free = _object_free(problem)
+    free = _object_free(problem, stop)
     tails, heads, axis, steps = _edges(problem, free)
     found = np.full((lattice.size, len(levels)), np.inf)
-    for k, level in enumerate(levels):
+    for k, level in enumerate(watched(levels, stop)):
         # Eq. (9) for a step of yaw: the chords of P equal segments.
         costs = np.where(axis == 2, 2.0 * P * level * np.sin(steps / (2.0 * P)), steps)
         # csgraph drops arcs of cost 0; a tip on the yaw axis does not move.
@@ -136,7 +143,7 @@ def _edges(problem: Problem, free: BoolArray) -> tuple[IntArray, IntArray, IntAr
     return tails[kept], heads[kept], axis[kept], lengths[kept]
 
 
-def _object_free(problem: Problem) -> BoolArray:
+def _object_free(problem: Problem, stop: Stop) -> BoolArray:
     """Return at which lattice nodes the object penetrates nothing, (size,)."""
     lattice, obstacles = problem.lattice, [o.body for o in problem.environment.obstacles]
     if not obstacles or lattice.size > MOST_TESTED:
@@ -144,7 +151,7 @@ def _object_free(problem: Problem) -> BoolArray:
     scene = Scene(problem.body, obstacles, floor=False)
     return np.array([
         scene.object_free(problem.motion.pose(lattice.coordinates(node)))
-        for node in range(lattice.size)
+        for node in watched(range(lattice.size), stop)
     ])  # fmt: skip
 
 

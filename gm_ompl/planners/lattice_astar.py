@@ -15,7 +15,7 @@ from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.graph.sets import LIFTED
-from gm_ompl.graph.watch import Stopped
+from gm_ompl.graph.watch import Stop, Stopped
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
 from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
@@ -32,8 +32,8 @@ from gm_ompl.planners.planner import (
 from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.problem import Problem
 
-MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...]], Heuristic]
-"""From problem, judge and the goal's valid lattice nodes (at least one) to a heuristic."""
+MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...], Stop], Heuristic]
+"""From problem, judge, the goal's valid lattice nodes (at least one) and what may break it off."""
 
 
 def solve_on_lattice(
@@ -53,7 +53,9 @@ def solve_on_lattice(
         if not valid:
             # No set of placements fits the goal: nothing to search.
             return without_search(Status.INFEASIBLE, math.inf, meter)
-        graph = FeasibilityGraph(problem, judge, goals, heuristic(problem, judge, valid))
+        graph = FeasibilityGraph(
+            problem, judge, goals, heuristic(problem, judge, valid, meter.spent)
+        )
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, meter)
     except Stopped:
@@ -111,7 +113,7 @@ class AStar(Planner):
         heuristic = self.settings["heuristic"]
         if heuristic == "lanes" and has_lanes(problem, judge):
             return solve_on_lanes(problem, judge, budget, report)
-        make: MakeHeuristic = _no_heuristic if heuristic == "none" else TravelHeuristic
+        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
         if heuristic == "lanes" and suits(problem):
             make = PlanarHeuristic
         return solve_on_lattice(problem, judge, budget, report, make)
@@ -136,5 +138,19 @@ class Dijkstra(Planner):
         return solve_on_lattice(problem, judge, budget, report, _no_heuristic)
 
 
-def _no_heuristic(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> Heuristic:  # noqa: ARG001
+def _no_heuristic(
+    problem: Problem,
+    judge: Judge,  # noqa: ARG001
+    goals: tuple[int, ...],  # noqa: ARG001
+    stop: Stop,  # noqa: ARG001
+) -> Heuristic:
     return NoHeuristic(problem)
+
+
+def _travel(
+    problem: Problem,
+    judge: Judge,
+    goals: tuple[int, ...],
+    stop: Stop,  # noqa: ARG001
+) -> Heuristic:
+    return TravelHeuristic(problem, judge, goals)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -15,6 +16,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
+from gm_ompl.graph.watch import Stopped
 from gm_ompl.moves import Displacement, Regrasp
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
@@ -77,6 +79,18 @@ def test_the_bound_is_admissible_and_no_weaker_than_travel(name: str, overrides:
             table[row] for table, row in zip(bound.finger_estimates(config), hand, strict=True)
         ]
         assert max(single) <= estimate * (1 + 1e-12)
+
+
+def test_making_the_bound_listens_to_the_budget() -> None:
+    """Broken off while nodes are tested or distances are found, whichever comes first."""
+    problem = load("planar/corridor", CORRIDOR).problem
+    judge = Judge(problem, make_backend(problem))
+    goals = GoalNodes(problem).reachable(problem, judge)
+    for patience in (0, 10, problem.lattice.size + 1):
+        asked = itertools.count()
+        with pytest.raises(Stopped):
+            PlanarHeuristic(problem, judge, goals, lambda: next(asked) >= patience)  # noqa: B023
+        assert next(asked) == patience + 1
 
 
 def test_a_budget_ends_with_a_bound() -> None:
