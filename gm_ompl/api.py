@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from gm_ompl import clock
-from gm_ompl.check.check import check as check_plan
-from gm_ompl.check.report import CheckReport
 from gm_ompl.errors import InputError
-from gm_ompl.explain.explain import SEARCH_SECONDS
-from gm_ompl.explain.explain import explain as explain_scenario
-from gm_ompl.explain.values import Explanation
+from gm_ompl.explain.values import SEARCH_SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
@@ -28,6 +24,10 @@ from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load as load_scenario
 from gm_ompl.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from gm_ompl.check.report import CheckReport
+    from gm_ompl.explain.values import Explanation
 
 ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str]
 """A loaded scenario, a shipped name, or a file."""
@@ -117,7 +117,9 @@ def check(plan: Plan) -> CheckReport:
     Raises:
         ScenarioError: the scenario inside the plan cannot be used.
     """
-    return check_plan(plan)
+    from gm_ompl.check.check import check  # loads HiGHS
+
+    return check(plan)
 
 
 def judge(
@@ -172,6 +174,8 @@ def explain(
     Raises:
         InputError: coordinates, placements or the scenario do not fit.
     """
+    from gm_ompl.explain.explain import explain
+
     given = _loaded(scenario)
     problem, q = given.problem, None
     if at is not None:
@@ -183,7 +187,7 @@ def explain(
             if period is None and not low <= value <= high:
                 raise InputError(f"at: {list(q)}: {value:g} must be from {low:g} to {high:g}")
     rows = None if placements is None else _rows(problem, placements)
-    return explain_scenario(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
+    return explain(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
 
 
 def _steady(problem: Problem, moves: tuple[Move, ...]) -> tuple[Move, ...]:

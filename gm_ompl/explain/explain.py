@@ -12,7 +12,14 @@ from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.lanes import first_failure, names, progress, whole_lane
 from gm_ompl.explain.regions import Region, whole_region
 from gm_ompl.explain.surveys import Scored, sets_at, survey
-from gm_ompl.explain.values import Explanation, InstantLine, Remedy, SetLine, Survey
+from gm_ompl.explain.values import (
+    SEARCH_SECONDS,
+    Explanation,
+    InstantLine,
+    Remedy,
+    SetLine,
+    Survey,
+)
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import GoalNodes
@@ -26,8 +33,6 @@ SAMPLES = 300
 """Sets of placements judged per survey."""
 PLANAR_SAMPLES = 12
 """The same in the plane, where each set has a whole region."""
-SEARCH_SECONDS = 20.0
-"""What the search may take that says whether there is a plan at all."""
 REMEDY_SECONDS = 8.0
 """What each search with a changed scenario may take."""
 

@@ -9,6 +9,9 @@ from typing import Any
 
 from gm_ompl.feasibility.verdict import Finding
 
+SEARCH_SECONDS = 20.0
+"""What the search may take that says whether there is a plan at all."""
+
 
 @dataclass(frozen=True)
 class ModeLine:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 COPLANAR = 1e-7
 """Points this close to a plane, relative to the hull's extent, lie in it: above the rounding of
@@ -52,12 +56,12 @@ def polyhedron(cloud: Array) -> Polyhedron:
     extent = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
     if extent == 0.0:
         raise GeometryError("a hull's points all coincide")
+    rings = _box_faces(cloud)
+    if rings is not None and np.ptp(cloud, axis=0).min() >= FLAT * extent:
+        return _assemble(cloud, rings)
     # Qhull's own tolerances are absolute in places: work at unit size about the origin.
     local = (cloud - centre) / extent
-    try:
-        found = ConvexHull(local)
-    except QhullError as error:
-        raise GeometryError("a hull's points all lie in one plane") from error
+    found = _qhull(local)
     width = (-found.equations[:, 3] - (found.equations[:, :3] @ local.T).min(axis=1)).min()
     if width < FLAT:
         raise GeometryError(
@@ -65,6 +69,36 @@ def polyhedron(cloud: Array) -> Polyhedron:
             f"and {extent:.3g} across"
         )
     return _assemble(cloud, _faces(local, found))
+
+
+def _box_faces(cloud: Array) -> list[list[int]] | None:
+    """Return what ``_faces`` does for the corners of a box along the axes; None for others.
+
+    Most bodies are such boxes, and the library that holds Qhull takes a third of a second to load.
+    """
+    if cloud.shape != (8, 3):
+        return None
+    low = cloud.min(axis=0)
+    number = {tuple(row): i for i, row in enumerate((cloud > low).tolist())}
+    if len(number) < 8 or not ((cloud == low) | (cloud == cloud.max(axis=0))).all():
+        return None
+    faces = []
+    for axis, high in itertools.product(range(3), (False, True)):
+        corners = []
+        for a, b in ((False, False), (True, False), (True, True), (False, True)):
+            corner = {axis: high, (axis + 1) % 3: a, (axis + 2) % 3: b}
+            corners.append(number[corner[0], corner[1], corner[2]])
+        faces.append(corners if high else corners[::-1])
+    return faces
+
+
+def _qhull(local: Array) -> ConvexHull:
+    from scipy.spatial import ConvexHull, QhullError  # takes long to load
+
+    try:
+        return ConvexHull(local)
+    except QhullError as error:
+        raise GeometryError("a hull's points all lie in one plane") from error
 
 
 def _faces(local: Array, found: ConvexHull) -> list[list[int]]:

@@ -6,8 +6,6 @@ import math
 from typing import final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
@@ -107,6 +105,9 @@ def _distances(problem: Problem, goals: tuple[int, ...], levels: Array, stop: St
 
     Per level, fingertips are that far from the yaw axis.
     """
+    from scipy.sparse import coo_array  # takes long to load
+    from scipy.sparse.csgraph import dijkstra
+
     lattice, P = problem.lattice, problem.cost.samples_per_arc
     free = _object_free(problem, stop)
     tails, heads, axis, steps = _edges(problem, free)
