@@ -39,7 +39,8 @@ def test_a_box_is_what_qhull_makes_of_its_corners(
     """The short way gives the same polyhedron to the last bit, corners in any order."""
     rng = np.random.default_rng(seed)
     low = rng.uniform(-5.0, 5.0, 3)
-    corners = np.array(list(itertools.product(*zip(low, low + 10.0 ** rng.uniform(-2, 2, 3)))))
+    high = low + 10.0 ** rng.uniform(-2.0, 2.0, 3)
+    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
     cloud = corners[rng.permutation(8)]
     mine = facets.polyhedron(cloud)
     monkeypatch.setattr(facets, "_box_faces", lambda _: None)
