@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -56,9 +55,6 @@ def polyhedron(cloud: Array) -> Polyhedron:
     extent = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
     if extent == 0.0:
         raise GeometryError("a hull's points all coincide")
-    rings = _box_faces(cloud)
-    if rings is not None and np.ptp(cloud, axis=0).min() >= FLAT * extent:
-        return _assemble(cloud, rings)
     # Qhull's own tolerances are absolute in places: work at unit size about the origin.
     local = (cloud - centre) / extent
     found = _qhull(local)
@@ -71,29 +67,8 @@ def polyhedron(cloud: Array) -> Polyhedron:
     return _assemble(cloud, _faces(local, found))
 
 
-def _box_faces(cloud: Array) -> list[list[int]] | None:
-    """Return what ``_faces`` does for the corners of a box along the axes; None for others.
-
-    Most bodies are such boxes, and the library that holds Qhull takes a third of a second to load.
-    """
-    if cloud.shape != (8, 3):
-        return None
-    low = cloud.min(axis=0)
-    number = {tuple(row): i for i, row in enumerate((cloud > low).tolist())}
-    if len(number) < 8 or not ((cloud == low) | (cloud == cloud.max(axis=0))).all():
-        return None
-    faces = []
-    for axis, high in itertools.product(range(3), (False, True)):
-        corners = []
-        for a, b in ((False, False), (True, False), (True, True), (False, True)):
-            corner = {axis: high, (axis + 1) % 3: a, (axis + 2) % 3: b}
-            corners.append(number[corner[0], corner[1], corner[2]])
-        faces.append(corners if high else corners[::-1])
-    return faces
-
-
 def _qhull(local: Array) -> ConvexHull:
-    from scipy.spatial import ConvexHull, QhullError  # takes long to load
+    from scipy.spatial import ConvexHull, QhullError  # takes long to load; boxes need none
 
     try:
         return ConvexHull(local)

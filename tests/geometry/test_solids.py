@@ -1,13 +1,11 @@
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry import facets
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull, shifted
 
@@ -30,24 +28,6 @@ def assert_sound(piece: ConvexPiece) -> None:
     assert {(b, a) for a, b in edges} == edges
     assert len(piece.vertices) - len(edges) // 2 + len(piece.faces) == 2
     assert len(piece.labels) == len(piece.faces)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_box_is_what_qhull_makes_of_its_corners(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The short way gives the same polyhedron to the last bit, corners in any order."""
-    rng = np.random.default_rng(seed)
-    low = rng.uniform(-5.0, 5.0, 3)
-    high = low + 10.0 ** rng.uniform(-2.0, 2.0, 3)
-    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
-    cloud = corners[rng.permutation(8)]
-    mine = facets.polyhedron(cloud)
-    monkeypatch.setattr(facets, "_box_faces", lambda _: None)
-    other = facets.polyhedron(cloud)
-    assert mine.is_box and mine.faces == other.faces
-    for name in ("vertices", "normals", "offsets", "edge_directions"):
-        np.testing.assert_array_equal(getattr(mine, name), getattr(other, name))
 
 
 def test_box_faces_come_in_the_stated_order() -> None:
