@@ -88,16 +88,16 @@ def plan(
     given = _loaded(scenario)
     problem = given.problem
     rng = np.random.default_rng(seed)
-    started = clock.now()
+    started, judging = clock.now(), _judge(problem)
     try:
-        result = searcher.solve(problem, _judge(problem), budget, rng, report or silent)
+        result = searcher.solve(problem, judging, budget, rng, report or silent)
     except KeyboardInterrupt:  # before the search could begin, or twice
         spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
         result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
     return assemble(
         problem,
         given.resolved(),
-        _steady(problem, result.moves),
+        _steady(judging, result.moves),
         status=result.status.value,
         planner=planner,
         statistics=result.statistics,
@@ -190,10 +190,10 @@ def explain(
     return explain(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
 
 
-def _steady(problem: Problem, moves: tuple[Move, ...]) -> tuple[Move, ...]:
+def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
     """Return a planner's moves under steady control; as they are where that is interrupted."""
     try:
-        return steady_moves(problem, moves)
+        return steady_moves(judging, moves)
     except KeyboardInterrupt:
         return moves
 

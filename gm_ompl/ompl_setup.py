@@ -73,7 +73,7 @@ def plan_from(setup: Any) -> Plan:
     refuse_unsound(setup.getPlanner())
     started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
-    moves = () if states is None else steady_moves(problem, judged_anew(problem, states))
+    moves = () if states is None else steady_moves(setup.judge, judged_anew(problem, states))
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {

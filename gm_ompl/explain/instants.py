@@ -95,7 +95,7 @@ class Explainer:
         contacts = contact_state(touching, pose, twist, problem.body)
         everyone = tuple(range(len(placements)))
         instant = problem.instant(contacts, everyone, placements)
-        found = {d.modes: d for d in Alternatives(instant).modes(0.0)}
+        found = {d.modes: d for d in Alternatives.of(instant).modes(0.0)}
         every = itertools.product(ControlMode, repeat=len(placements))
         return tuple(_mode_line(modes, found.get(modes)) for modes in every)
 

@@ -13,10 +13,15 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import (
+    EnvironmentContacts,
+    contact_state,
+    environment_contacts,
+)
 from gm_ompl.feasibility.backend import Backend
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -73,6 +78,7 @@ class Judge:
         each = 400 + len(hand.placements) * len(self._centres)
         self._limit = max(1000, REMEMBERED_BYTES // each)
         self._nodes: dict[Coordinates, NodeGeometry] = {}
+        self._touching: dict[Coordinates, EnvironmentContacts] = {}
         self._environments: dict[tuple[Coordinates, Coordinates | None], int] = {}
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
@@ -143,10 +149,17 @@ class Judge:
             problem = self.problem
             pose = problem.motion.pose(q)
             twist = None if dq is None else problem.motion.velocity(q, dq)
-            contacts = environment_contacts(problem.body, problem.environment, pose)
-            state = contact_state(contacts, pose, twist, problem.body)
+            state = contact_state(self._contacts(q, pose), pose, twist, problem.body)
             known = self.backend.environment(state)
             _remember(self._environments, key, known, self._limit)
+        return known
+
+    def _contacts(self, q: Coordinates, pose: Pose) -> EnvironmentContacts:
+        """Return where the object touches at ``q``, whichever way it moves."""
+        known = self._touching.get(q)
+        if known is None:
+            known = environment_contacts(self.problem.body, self.problem.environment, pose)
+            _remember(self._touching, q, known, self._limit)
         return known
 
     def segment(

@@ -14,6 +14,7 @@ from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
+from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
@@ -201,6 +202,16 @@ class KernelBackend:
         if len(fingers) != len(self._f_max):
             return math.inf
         return self.pool.bound(environment, np.asarray(placements, dtype=np.int64)) * self.scale
+
+    def alternatives(
+        self, environment: int, fingers: tuple[int, ...], placements: Placements
+    ) -> Alternatives:
+        """Return what Sec. 3.4 could have chosen; arguments as for ``decide``."""
+        hand = self._hand(fingers)[1]
+        return Alternatives(
+            self.scale, self._env[environment], self._load[environment],
+            self._tips[hand, np.array(placements, dtype=np.int64)], self._f_max[hand],
+        )  # fmt: skip
 
     def decided(self) -> list[Key]:
         """Return what was decided: per decision the contact state, fingers and placements.

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, read_only
+from gm_ompl.arrays import Array, cross, read_only
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
     """Return the 3x3 rotation by ``angle`` [rad] about ``axis`` (Rodrigues' formula)."""
     x, y, z = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    by = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + np.sin(angle) * by + (1.0 - np.cos(angle)) * (by @ by)
     return rotation
 
 
@@ -112,5 +112,5 @@ class Twist:
 
         The arms are world-frame vectors from the centre of mass to the points.
         """
-        velocities: Array = self.linear + np.cross(self.angular, arms)
+        velocities: Array = self.linear + cross(self.angular, arms)
         return velocities

@@ -99,12 +99,20 @@ class Alternatives:
     """The choices at one instant; forces in the scenario's units.
 
     Args:
-        instant: contacts, fingers, object.
+        scale: the kernel's unit of force, force_scale.
+        env: (e, 6), the environment's columns.
+        q: (6,), the load over force_scale.
+        tips: (n, s, 6), the fingers' columns for unit normal force.
+        f_max: (n,), over force_scale.
     """
 
-    def __init__(self, instant: Instant) -> None:
-        self._scale = instant.force_scale
-        self._env, self._q, self._tips, self._f_max = instant_columns(instant)
+    def __init__(self, scale: float, env: Array, q: Array, tips: Array, f_max: Array) -> None:
+        self._scale, self._env, self._q, self._tips, self._f_max = scale, env, q, tips, f_max
+
+    @classmethod
+    def of(cls, instant: Instant) -> Alternatives:
+        """Return the choices at an instant."""
+        return cls(instant.force_scale, *instant_columns(instant))
 
     def modes(self, least: float) -> tuple[ModeDecision, ...]:
         """Return every combination of modes that passes (5) with z >= ``least`` at its best f_com.

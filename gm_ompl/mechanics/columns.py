@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, cross
 from gm_ompl.contact.state import ContactState
 
 
@@ -34,7 +34,7 @@ def cone_edges(normals: Array, reference: Array, friction: Array, s: int) -> Arr
     axis = np.where(near[:, None], reference[1], reference[0])
     t1 = axis - (axis * normals).sum(axis=1, keepdims=True) * normals
     t1 /= np.linalg.norm(t1, axis=1, keepdims=True)
-    t2 = np.cross(normals, t1)
+    t2 = cross(normals, t1)
     theta = 2.0 * np.pi * np.arange(s) / s
     around = np.cos(theta)[:, None] * t1[:, None, :] + np.sin(theta)[:, None] * t2[:, None, :]
     edges: Array = normals[:, None, :] + friction[:, None, None] * around
@@ -43,7 +43,7 @@ def cone_edges(normals: Array, reference: Array, friction: Array, s: int) -> Arr
 
 def wrenches(points: Array, forces: Array, U: Array) -> Array:
     """Return U [f; p x f] for forces (..., 3) at points (..., 3), shape (..., 6)."""
-    moments = np.cross(points, forces)
+    moments = cross(points, forces)
     scaled: Array = np.concatenate([forces, moments], axis=-1) @ U.T
     return scaled
 

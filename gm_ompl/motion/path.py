@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, read_only, unit
+from gm_ompl.arrays import Array, cross, read_only, unit
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body
@@ -71,10 +71,13 @@ class Tumble:
     def velocity(self, pose: Pose) -> Twist:
         """Return the derivative with respect to the fraction, at ``pose``."""
         angular = self.angle * self.axis
-        return Twist(np.cross(angular, pose.position - self.pivot), angular)
+        return Twist(cross(angular, pose.position - self.pivot), angular)
 
 
 Piece: TypeAlias = Slide | Tumble
+
+REMEMBERED = 4096
+"""Poses kept: the same few are asked for again and again."""
 
 
 @final
@@ -97,6 +100,7 @@ class PathMotion(Motion):
         for piece in self.pieces:
             knots.append(piece.pose(knots[-1], 1.0))
         self.knots = tuple(knots)
+        self._known: dict[tuple[int, float], Pose] = {}
         self.names = ("s",)
         self.low, self.high = (0.0,), (1.0,)
         self.periods = (None,)
@@ -118,11 +122,18 @@ class PathMotion(Motion):
     def pose(self, q: Sequence[float] | Array) -> Pose:
         """Return the object's pose at ``q = [s]``."""
         p, fraction = self._piece(float(q[0]), ahead=True)
-        if fraction == 0.0:
-            return self.knots[p]
-        if fraction == 1.0:
-            return self.knots[p + 1]
-        return self.pieces[p].pose(self.knots[p], fraction)
+        return self._at(p, fraction)
+
+    def _at(self, p: int, fraction: float) -> Pose:
+        """Return the pose after a fraction of piece p; the latest are remembered."""
+        if fraction in (0.0, 1.0):
+            return self.knots[p + int(fraction)]
+        known = self._known.get((p, fraction))
+        if known is None:
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
+            known = self._known[p, fraction] = self.pieces[p].pose(self.knots[p], fraction)
+        return known
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:
         """Return the derivative of the pose at ``q = [s]`` in the direction ``dq = [ds]``.
@@ -131,7 +142,7 @@ class PathMotion(Motion):
         """
         ds = float(dq[0])
         p, fraction = self._piece(float(q[0]), ahead=ds >= 0)
-        rate = self.pieces[p].velocity(self.pieces[p].pose(self.knots[p], fraction))
+        rate = self.pieces[p].velocity(self._at(p, fraction))
         speed = ds * len(self.pieces)
         return Twist(speed * rate.linear, speed * rate.angular)
 

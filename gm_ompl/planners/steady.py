@@ -16,8 +16,8 @@ from itertools import pairwise
 import numpy as np
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
-from gm_ompl.feasibility.keys import contact_key
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_force import Command, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 from gm_ompl.graph.cost import chords, displacement_cost
@@ -48,11 +48,18 @@ class Instant:
     decision: ModeDecision
 
 
-def steady_moves(problem: Problem, moves: Sequence[Move]) -> tuple[Move, ...]:
-    """Return ``moves`` under steady control."""
+def steady_moves(judge: Judge, moves: Sequence[Move]) -> tuple[Move, ...]:
+    """Return ``moves`` under steady control.
+
+    Args:
+        judge: of the problem; with another back end than the kernel, which alone knows the
+            alternatives, it is left aside.
+        moves: with Sec. 3.4's best decisions.
+    """
+    problem = judge.problem
     if not moves or problem.fingers.count == 0:
         return tuple(moves)
-    instants = list(_instants(problem, moves))
+    instants = list(_instants(judge, moves))
     chosen = _steady_forces(problem, instants, _steady_modes(problem, instants))
     return tuple(_with_decisions(problem, moves, chosen))
 
@@ -85,16 +92,16 @@ def _decisions(
             yield q, direction, everyone, move.placements, decision
 
 
-def _instants(problem: Problem, moves: Sequence[Move]) -> Iterator[Instant]:
+def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Instant]:
+    backend = judge.backend
+    if not isinstance(backend, KernelBackend):
+        backend = KernelBackend(judge.problem)
+        judge = Judge(judge.problem, backend)
     known: dict[tuple[object, ...], Alternatives] = {}
-    for q, direction, fingers, placements, decision in _decisions(problem, moves):
-        pose = problem.motion.pose(q)
-        twist = None if direction is None else problem.motion.velocity(q, direction)
-        touching = environment_contacts(problem.body, problem.environment, pose)
-        contacts = contact_state(touching, pose, twist, problem.body)
-        key = (contact_key(contacts, problem.body.diagonal), fingers, placements)
+    for q, direction, fingers, placements, decision in _decisions(judge.problem, moves):
+        key = (judge.environment(q, direction), fingers, placements)
         if key not in known:
-            known[key] = Alternatives(problem.instant(contacts, fingers, placements))
+            known[key] = backend.alternatives(*key)
         yield Instant(key, known[key], fingers, decision)
 
 

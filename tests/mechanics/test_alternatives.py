@@ -34,7 +34,7 @@ def test_modes_are_those_of_the_reference(instances: ModuleType, seed: int) -> N
     instant, decision = stable_instant(instances, seed)
     # Half of the best takes in combinations far from a tie as well.
     least = 0.5 * decision.z
-    mine = {other.modes: other.z for other in Alternatives(instant).modes(least)}
+    mine = {other.modes: other.z for other in Alternatives.of(instant).modes(least)}
     scale = instant.force_scale
     theirs = {
         judged.modes: judged.stability.z * scale
@@ -54,7 +54,7 @@ def test_margin_at_a_command_and_its_bound(instances: ModuleType, seed: int) -> 
     """z at a given f_com equals the reference's; the cut is sharp there and bounds z elsewhere."""
     instant, _ = stable_instant(instances, seed)
     rng = np.random.default_rng([seed, 1])
-    n, alternatives = len(instant.points), Alternatives(instant)
+    n, alternatives = len(instant.points), Alternatives.of(instant)
     modes = tuple(
         ControlMode.FORCE if i == 0 or rng.random() < 0.5 else ControlMode.POSITION
         for i in range(n)
@@ -107,7 +107,7 @@ def test_small_pivots_do_not_spoil_the_margin() -> None:
         instant = problem.instant(contacts, (0, 1), places)
         f_com = decide_instant(instant).f_com[1]
         assert f_com is not None
-        found = Alternatives(instant).at(modes, np.array([f_com * (1.0 - 3e-7)]))
+        found = Alternatives.of(instant).at(modes, np.array([f_com * (1.0 - 3e-7)]))
         assert found is not None
         assert found[0] == pytest.approx(
             margin(instant, modes, (None, f_com * (1.0 - 3e-7))), rel=1e-8

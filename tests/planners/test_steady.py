@@ -24,13 +24,17 @@ NAMES = (
 )  # fmt: skip
 
 
+def _judge(problem: Problem) -> Judge:
+    return Judge(problem, make_backend(problem))
+
+
 @cache
 def planned(name: str) -> tuple[Problem, tuple[Move, ...], tuple[Move, ...]]:
     """Return the problem, the search's moves, and the same under steady control."""
     problem = load(name).problem
-    judge = Judge(problem, make_backend(problem))
+    judge = _judge(problem)
     found = make_planner("astar").solve(problem, judge, Budget(), np.random.default_rng(0))
-    return problem, found.moves, steady.steady_moves(problem, found.moves)
+    return problem, found.moves, steady.steady_moves(judge, found.moves)
 
 
 def decisions(problem: Problem, moves: tuple[Move, ...]) -> list[ModeDecision]:
@@ -105,7 +109,7 @@ def test_switches_are_saved_where_modes_tie() -> None:
 def test_one_force_controlled_finger_changes_its_force_least() -> None:
     """Against an exact way for one finger: its ranges of f_com by bisection, then clipping."""
     problem, before, after = planned("paper/tumble")
-    ranges = [_range(problem, instant) for instant in steady._instants(problem, before)]
+    ranges = [_range(problem, instant) for instant in steady._instants(_judge(problem), before)]
     exact = _least_change(ranges)
     found = force_changes(problem, after)
     assert found < force_changes(problem, before)
@@ -153,13 +157,14 @@ def _least_change(ranges: list[tuple[float, float]]) -> float:
 
 def test_no_moves_stay_none() -> None:
     """An empty plan is left alone."""
-    assert steady.steady_moves(load("paper/slide").problem, ()) == ()
+    problem = load("paper/slide").problem
+    assert steady.steady_moves(_judge(problem), ()) == ()
 
 
 def test_margin_is_concave_in_the_command() -> None:
     """Between two commands that are stable enough every command is: z is concave in f_com."""
     problem, before, _ = planned("paper/tumble")
-    instant = next(iter(steady._instants(problem, before)))
+    instant = next(iter(steady._instants(_judge(problem), before)))
     modes = instant.decision.modes
     z = []
     for f in np.linspace(0.0, float(problem.fingers.max_normal_force[0]), 41):
