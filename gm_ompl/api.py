@@ -19,6 +19,7 @@ from gm_ompl.moves import Move
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
+from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
@@ -203,6 +204,7 @@ def _loaded(scenario: ScenarioLike) -> Scenario:
 
 
 def _judge(problem: Problem) -> Judge:
+    prepare()
     return Judge(problem, make_backend(problem))
 
 

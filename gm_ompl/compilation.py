@@ -66,7 +66,7 @@ _ARITHMETIC: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
 _announced = False
 
 
-def _announce() -> None:
+def announce() -> None:
     """Say that the first use takes a while, before it does."""
     global _announced
     if not _announced and not is_compiled():
@@ -99,7 +99,7 @@ def compiled(function: _Function) -> _Function:
         general = jitted.compile
 
         def compile_once(signature: Any) -> Any:
-            _announce()
+            announce()
             # Else numba compiles anew, callers included, for every constant in a call.
             arguments, _ = numba.core.sigutils.normalize_signature(signature)
             return _untimed(general, tuple(map(numba.types.unliteral, arguments)))

@@ -17,6 +17,7 @@ from gm_ompl.plan.model import Plan
 from gm_ompl.planners.ompl_path import judged_anew
 from gm_ompl.planners.ompl_setup import HybridSetup, make_setup
 from gm_ompl.planners.ompl_soundness import refuse_unsound
+from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.scenario.scenario import Scenario
@@ -47,6 +48,7 @@ def setup(
         raise InputError(f"seed: {seed}: must be a whole number >= 0")
     searcher = make_planner(planner or "RRTConnect", parameters)
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
+    prepare()
     judge = Judge(given.problem, make_backend(given.problem))
     rng = np.random.default_rng(seed)
     return make_setup(judge, rng, searcher, seed, given.resolved())

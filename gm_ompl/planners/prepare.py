@@ -1,0 +1,107 @@
+"""Compiling on two cores where nothing is compiled yet.
+
+A process compiles one function at a time. So another one compiles what the mode decision calls at
+its edges and what lanes and routes need, and keeps it on disk; this one meanwhile compiles the
+simplex and then the decision, which takes the other's work from there. The calls below compute
+next to nothing: they are there for the types of their arguments.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from typing import Final
+
+import numpy as np
+
+from gm_ompl import clock, compilation
+from gm_ompl.contact.decision import ControlMode
+from gm_ompl.graph import hub_bounds, lane_bounds
+from gm_ompl.mechanics import internal_force, kelley, master, modes, stability
+from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.cuts import CutPool
+from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.sampling import screening
+
+# A unit weight on one contact, and one finger of three columns pressing down.
+ENV: Final = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+LOAD: Final = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+TIPS: Final = np.tile(LOAD, (1, 3, 1))
+F_MAX: Final = np.ones(1)
+
+
+def prepare() -> None:
+    """Compile what searches need, if nothing of it is on disk; the budgets' clock stands still."""
+    if compilation.CACHE is None or compilation.is_compiled() or (os.cpu_count() or 1) < 2:
+        return
+    compilation.announce()
+    command = [sys.executable, "-P", "-m", "gm_ompl.planners.prepare"]
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet) as other:
+        try:
+            decision()
+            waiting = time.monotonic()
+            other.wait()
+            clock.stand_still(time.monotonic() - waiting)
+        finally:
+            other.kill()
+
+
+def decision() -> None:
+    """Compile the mode decision, its simplex first."""
+    y = np.zeros(6)
+    stability.position_margin(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, 0.0, True, y)
+    decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), y)
+    Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
+
+
+def edges() -> None:
+    """Compile what the mode decision calls beside the simplex, the largest first."""
+    f, y, force, one = np.zeros(1), LOAD.copy(), np.ones(1, dtype=np.bool_), np.ones(1)
+    modes.passing_sets(ENV, TIPS, -1, np.empty(2, dtype=np.int64))
+    internal_force.excessive(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))))
+    joint_margin(
+        ENV, LOAD, TIPS, F_MAX, force, DIRECTIONS, np.zeros(MAX_BLOCKS, dtype=np.int64), 1, f
+    )
+    stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, f)
+    master.best_command(one, one, np.zeros((1, 1)), 1, F_MAX, 1, f)
+    masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
+    kelley.new_work(1, 1, 1, 3)
+    cuts = kelley.no_cuts(F_MAX, masks, f, commands)
+    kelley.take_up(0, 0, F_MAX, force, cuts.trials, commands, f)
+    kelley.add_cut(LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, y, cuts, 0)
+    kelley.tightest(cuts.h, cuts.c[0], cuts.slopes[0], 1, cuts.trials[0])
+    modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
+
+
+def lanes() -> None:
+    """Compile what lanes, hubs and routes need: one finger, two placements, two nodes."""
+    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
+    pool.add(0, LOAD, LOAD)
+    pool.bound(0, rows)
+    yes, none = np.ones((1, 2, 1), dtype=np.bool_), np.zeros((1, 1), dtype=np.int64)
+    tables = lane_bounds.LaneTables(
+        none, none, np.ones((1, 2, 1, 1)), yes, np.ones((1, 2, 2), dtype=np.bool_),
+        np.ones(2, dtype=np.bool_), rows - 1, np.zeros((1, 2, 2)), np.zeros(2), 0.0, 0.0, 0.0,
+    )  # fmt: skip
+    z, costs, d, V = np.ones((2, 1, 1)), np.ones((2, 1)), np.ones(2), np.ones((1, 2))
+    lane_bounds.lane_keys(none, none, V, 0, tables, pool.tables, np.empty(1))
+    lane_bounds.refresh(rows, tables, pool.tables, z.copy(), z, costs, d)
+    lane_bounds.hub_defaults(rows, tables, V)
+    lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), 0.0)
+    lane_bounds.hub_rows(rows, 0, rows, rows, tables, pool.tables, V)
+    known, stable = z[None], np.ones((1, 2), dtype=np.bool_)
+    hub_bounds.bound_lanes(none, tables, pool.tables, rows, known, costs[None], d[None])
+    hub_bounds.lower_hubs(none, none, tables, costs[None], d[None], stable, V)
+    route = screening.RouteTables(none, yes, 0.0)
+    screening.reaches(none, 0, 0, route, pool.tables, rows)
+    screening.reaches_back(none, 0, 0, route, pool.tables, rows)
+    screening.stride_costs(none, z[:1], np.ones((1, 2, 1, 1)), 0.0, route, pool.tables, costs)
+
+
+if __name__ == "__main__":
+    edges()
+    lanes()
