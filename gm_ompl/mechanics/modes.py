@@ -165,6 +165,8 @@ def decide(
         tight = not excessive(P, unit_columns(env, tips, everyone, P))
     for i in range(n):
         f_com[i] = 0.0
+    for t in range(6):
+        y[t] = 0.0
     z, direction, mask = 0.0, -1, everyone
     if only < 0 or tight:
         end, z, direction = position_margin(env, q, tips, limits, L, below, tight, y)
