@@ -46,13 +46,20 @@ class PlanCost(ob.OptimizationObjective):
         return ob.Cost(0.0)
 
     def motionCost(self, origin: Any, target: Any) -> Any:
-        """Return the cost of the motion; +inf where it is infeasible."""
+        """Return the cost of the motion; +inf where it is infeasible.
+
+        From a state to itself it is 0 whatever happens, also when the run is over: FMT takes this
+        cost for a distance, and its nearest neighbours keep a state twice, and free it twice,
+        where a state is not the nearest to itself.
+        """
         guard = self._guard
         try:
+            a, b = self._codec.read(origin), self._codec.read(target)
+            if a == b:
+                return ob.Cost(0.0)
             if guard.closed():
                 return ob.Cost(math.inf)
-            read = self._codec.read
-            return ob.Cost(self._motions.cost(read(origin), read(target)))
+            return ob.Cost(self._motions.cost(a, b))
         except BaseException as error:
             guard.keep(error)
             return ob.Cost(math.inf)

@@ -55,6 +55,23 @@ def test_plans_hold_and_repeat(name: str) -> None:
     assert report.holds, report
 
 
+CUT_SHORT = """
+import gm_ompl
+for k in range(6):
+    plan = gm_ompl.plan("random/chain/53", {name!r}, time_limit=0.2 + 0.1 * k, seed=k)
+    assert plan.status in ("solved", "budget")
+"""
+
+
+@pytest.mark.parametrize("name", ["FMT", "BITstar"])
+def test_a_time_limit_kills_no_process(name: str) -> None:
+    """Ended while it still takes in its samples; FMT once freed states twice then."""
+    ran = subprocess.run(
+        [sys.executable, "-c", CUT_SHORT.format(name=name)], capture_output=True, text=True
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
 def _limit(name: str) -> int:
     return 150 if name == "BITstar" else 400  # its iterations are long
 

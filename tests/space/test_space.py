@@ -108,6 +108,28 @@ def test_motions_are_directed(make_hybrid: MakeHybrid) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("over", [False, True])
+def test_every_state_is_nearest_to_itself(name: str, over: bool, make_hybrid: MakeHybrid) -> None:
+    """Valid or not, and also when the run is over: FMT frees a state twice where it is not."""
+    setup = make_hybrid(name)
+    objective, codec, si = (
+        setup.getOptimizationObjective(),
+        setup.codec,
+        setup.getSpaceInformation(),
+    )
+    setup.guard.watch(lambda: over)
+    state, other = si.allocState(), si.allocState()
+    outside = HybridState(tuple(10.0 * value + 7.0 for value in codec.start.q), (0, 0))
+    for meaning in (codec.start, codec.nowhere, outside, setup.draws.goal()):
+        assert meaning is not None
+        codec.write(state, meaning)
+        codec.write(other, meaning)
+        assert objective.motionCost(state, other).value() == 0.0
+    codec.write(other, codec.start)
+    assert objective.motionCost(state, other).value() == math.inf
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_heuristic_is_admissible(name: str, make_hybrid: MakeHybrid) -> None:
     """No way from one state to another, straight or through a third, is below the bound."""
     setup = make_hybrid(name)
