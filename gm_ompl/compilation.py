@@ -30,7 +30,9 @@ def _source_hash() -> str:
         text = source.read_bytes()
         if b"@compiled" in text or b"@inlined" in text:
             digest.update(text)
-    digest.update(f"{numba.__version__} {sys.version_info[:2]}".encode())
+    # Numba takes machine code of another place for stale.
+    place = Path(__file__).resolve().parent
+    digest.update(f"{numba.__version__} {sys.version_info[:2]} {place}".encode())
     return digest.hexdigest()[:16]
 
 
