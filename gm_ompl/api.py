@@ -89,16 +89,18 @@ def plan(
     given = _loaded(scenario)
     problem = given.problem
     rng = np.random.default_rng(seed)
-    started, judging = clock.now(), _judge(problem)
+    started, moves = clock.now(), tuple[Move, ...]()
     try:
+        judging = _judge(problem)
         result = searcher.solve(problem, judging, budget, rng, report or silent)
+        moves = _steady(judging, result.moves)
     except KeyboardInterrupt:  # before the search could begin, or twice
         spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
         result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
     return assemble(
         problem,
         given.resolved(),
-        _steady(judging, result.moves),
+        moves,
         status=result.status.value,
         planner=planner,
         statistics=result.statistics,
@@ -179,6 +181,7 @@ def explain(
 
     given = _loaded(scenario)
     problem, q = given.problem, None
+    prepare(problem)
     if at is not None:
         q = (float(at),) if isinstance(at, (int, float)) else tuple(map(float, at))
         _fit("at", q, problem)
@@ -204,7 +207,7 @@ def _loaded(scenario: ScenarioLike) -> Scenario:
 
 
 def _judge(problem: Problem) -> Judge:
-    prepare()
+    prepare(problem)
     return Judge(problem, make_backend(problem))
 
 

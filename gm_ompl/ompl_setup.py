@@ -48,7 +48,7 @@ def setup(
         raise InputError(f"seed: {seed}: must be a whole number >= 0")
     searcher = make_planner(planner or "RRTConnect", parameters)
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
-    prepare()
+    prepare(given.problem)
     judge = Judge(given.problem, make_backend(given.problem))
     rng = np.random.default_rng(seed)
     return make_setup(judge, rng, searcher, seed, given.resolved())

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from .canvas import COLUMN, new_figure
 
-COLOURS: Final = (
-    "#000000", "#0072b2", "#009e73", "#d55e00", "#56b4e9", "#cc79a7", "#e69f00", "#882255",
-    "#44aa99", "#999933", "#aa4499", "#777777",
-)  # fmt: skip
 LINES: Final = ("-", "--", ":")
 """A colour alone does not tell a dozen planners apart for everybody."""
 
 
-def progress_figure(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float) -> Any:
+def progress_figure(
+    panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, colours: Sequence[str]
+) -> Any:
     """Draw a column per scenario: success above, cost below; inside ``styled`` alone.
 
     Args:
         panels: by scenario and planner "success" (times, shares of the runs) and "ratio" (times,
             median cost over the optimum or None), times in s.
         end: where runs were stopped [s].
+        colours: of the planners, taken again from the first where there are too few.
     """
     figure = new_figure(2.1 * COLUMN, 1.35 * COLUMN)
     axes = figure.subplots(2, len(panels), sharex=True, sharey="row", squeeze=False)
@@ -30,7 +29,7 @@ def progress_figure(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: 
         above.set_title(scenario)
         for number, (name, curve) in enumerate(planners.items()):
             style = {
-                "color": COLOURS[number % len(COLOURS)],
+                "color": colours[number % len(colours)],
                 "linestyle": LINES[number % len(LINES)],
                 "drawstyle": "steps-post",
             }

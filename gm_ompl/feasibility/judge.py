@@ -28,6 +28,9 @@ from gm_ompl.problem import Placements, Problem
 REMEMBERED_BYTES = 100_000_000
 """Geometry kept, by the size of its masks; beyond, all is dropped and made again on demand."""
 
+REMEMBERED_CONTACTS = 4096
+"""Configurations whose contacts are kept: they are asked for again at once, or hardly ever."""
+
 Key = TypeVar("Key")
 Value = TypeVar("Value")
 
@@ -159,7 +162,7 @@ class Judge:
         known = self._touching.get(q)
         if known is None:
             known = environment_contacts(self.problem.body, self.problem.environment, pose)
-            _remember(self._touching, q, known, self._limit)
+            _remember(self._touching, q, known, REMEMBERED_CONTACTS)
         return known
 
     def segment(

@@ -22,7 +22,7 @@ MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
 
 MOST_NODES = 3_000_000
-"""On a larger lattice one level would take longer than a budget may go unheard."""
+"""Here a level takes some two seconds, in which no budget is heard, and a gigabyte."""
 
 MOST_TESTED = 30_000
 """On larger lattices the object counts as free everywhere: testing would outlast the search."""

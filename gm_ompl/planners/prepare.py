@@ -24,6 +24,7 @@ from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.problem import Problem
 from gm_ompl.sampling import screening
 
 # A unit weight on one contact, and one finger of three columns pressing down.
@@ -33,9 +34,14 @@ TIPS: Final = np.tile(LOAD, (1, 3, 1))
 F_MAX: Final = np.ones(1)
 
 
-def prepare() -> None:
-    """Compile what searches need, if nothing of it is on disk; the budgets' clock stands still."""
-    if compilation.CACHE is None or compilation.is_compiled() or (os.cpu_count() or 1) < 2:
+def prepare(problem: Problem) -> None:
+    """Compile what searches need, if nothing of it is on disk; the budgets' clock stands still.
+
+    Where ``problem`` asks for another back end than the kernel, nothing is compiled ahead.
+    """
+    if problem.mechanics.backend != "kernel" or (os.cpu_count() or 1) < 2:
+        return
+    if compilation.CACHE is None or compilation.is_compiled():
         return
     compilation.announce()
     command = [sys.executable, "-P", "-m", "gm_ompl.planners.prepare"]

@@ -133,28 +133,46 @@ def _cell(row: Difference) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing and write the tables into the page."""
     design = Design()
+    parser = page_parser("comparison", __doc__, design)
+    parser.add_argument("--families", nargs="*", default=design.families, metavar="random/FAMILY")
+    try:
+        _, page, shown, best = produced(parser.parse_args(arguments), design)
+        write_tables(page, tables(shown, best))
+    except GmOmplError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    return 0
+
+
+def page_parser(page: str, description: str | None, design: Design) -> argparse.ArgumentParser:
+    """Return a parser of the options that pages made from runs share; ``design`` has defaults."""
     parser = argparse.ArgumentParser(
-        prog="python -m gm_ompl.study.comparison_page", description=__doc__
+        prog=f"python -m gm_ompl.study.{page}_page", description=description
     )
     parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
-    parser.add_argument("--page", type=Path, default=Path("docs/comparison.md"))
+    parser.add_argument("--page", type=Path, default=Path(f"docs/{page}.md"))
     parser.add_argument("--single", nargs="*", default=design.single, metavar="SCENARIO")
-    parser.add_argument("--families", nargs="*", default=design.families, metavar="random/FAMILY")
     parser.add_argument("--planners", nargs="+", default=design.planners, metavar="NAME")
     parser.add_argument("--seeds", type=int, default=design.seeds)
     parser.add_argument("--time-limit", type=float, default=design.time_limit, metavar="S")
     parser.add_argument("--reference-limit", type=float, default=design.reference_limit,
                         metavar="S", help="of astar's runs that prove the optima")  # fmt: skip
     parser.add_argument("--tables-only", action="store_true", help="make no runs")
-    options = vars(parser.parse_args(arguments))
+    return parser
+
+
+def produced(
+    given: argparse.Namespace, design: Design
+) -> tuple[Design, Path, tuple[Record, ...], dict[str, float]]:
+    """Return the design asked for, its page, the runs it shows and the proven optima.
+
+    Raises:
+        InputError: see ``produce``.
+    """
+    options = vars(given)
     path, page, stored = options.pop("store"), options.pop("page"), options.pop("tables_only")
-    try:
-        shown, best = produce(Design(**options), path, page, stored)
-        write_tables(page, tables(shown, best))
-    except GmOmplError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    asked = replace(design, **options)
+    return asked, page, *produce(asked, path, page, stored)
 
 
 def produce(

@@ -7,7 +7,6 @@ kept in the same store: what one has made the other takes from it. Half an hour 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,9 +16,9 @@ import numpy as np
 
 from gm_ompl.errors import GmOmplError
 from gm_ompl.planners.registry import PLANNERS
-from gm_ompl.study.comparison_page import Design, produce
+from gm_ompl.study.comparison_page import Design, page_parser, produced
 from gm_ompl.study.pages import table, write_tables
-from gm_ompl.study.report import cost_quantiles, figure, success_curve
+from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success_curve
 from gm_ompl.study.store import Record
 from gm_ompl.study.summary import first_times, grouped, ratios
 from gm_ompl.viz.canvas import save, styled
@@ -32,8 +31,6 @@ DESIGN = Design(
 )
 PICTURE = Path("images/planners.svg")
 """Beside the page."""
-POINTS = 200
-"""Points in time at which curves of cost are drawn."""
 EARLIEST_S = 0.01
 """Where the curves' axis of time begins [s]."""
 
@@ -63,7 +60,7 @@ def curves(
     shown: Sequence[Record], best: Mapping[str, float], end: float
 ) -> dict[str, dict[str, dict[str, Any]]]:
     """Return by scenario and planner what ``progress_figure`` draws, up to time ``end`` [s]."""
-    times = np.geomspace(EARLIEST_S, end, POINTS)
+    times = np.geomspace(EARLIEST_S, end, TIMES)
     return {
         scenario: {
             planner: {
@@ -89,26 +86,14 @@ def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, pict
     """Write the picture of what ``curves`` returns."""
     picture.parent.mkdir(exist_ok=True)
     with styled():
-        save(progress_figure(panels, end), picture)
+        save(progress_figure(panels, end, COLOURS), picture)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing, write the table, draw the picture."""
-    parser = argparse.ArgumentParser(
-        prog="python -m gm_ompl.study.planners_page", description=__doc__
-    )
-    parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
-    parser.add_argument("--page", type=Path, default=Path("docs/planners.md"))
-    parser.add_argument("--single", nargs="+", default=DESIGN.single, metavar="SCENARIO")
-    parser.add_argument("--planners", nargs="+", default=DESIGN.planners, metavar="NAME")
-    parser.add_argument("--seeds", type=int, default=DESIGN.seeds)
-    parser.add_argument("--time-limit", type=float, default=DESIGN.time_limit, metavar="S")
-    parser.add_argument("--tables-only", action="store_true", help="make no runs")
-    options = vars(parser.parse_args(arguments))
-    path, page, stored = options.pop("store"), options.pop("page"), options.pop("tables_only")
-    design = Design(**options, families=())
+    parser = page_parser("planners", __doc__, DESIGN)
     try:
-        shown, best = produce(design, path, page, stored)
+        design, page, shown, best = produced(parser.parse_args(arguments), DESIGN)
         write_tables(page, {"rates": rates(shown, best)})
         draw(curves(shown, best, design.time_limit), design.time_limit, page.parent / PICTURE)
     except GmOmplError as error:

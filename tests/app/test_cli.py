@@ -232,6 +232,20 @@ def test_interrupted_search_writes_what_is_known(
     assert json.loads(path.read_text())["status"] == "interrupted"
 
 
+def test_an_interrupt_before_the_search_leaves_a_plan_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the judge is made, or something is compiled: 130, and the file says so."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(api, "Judge", interrupted)
+    path = tmp_path / "plan.json"
+    assert invoke("plan", "paper/slide", *SMALL, "-o", str(path)).exit_code == 130
+    assert json.loads(path.read_text())["status"] == "interrupted"
+
+
 def test_version_is_printed() -> None:
     """``--version`` prints the package's version."""
     import gm_ompl

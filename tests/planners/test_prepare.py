@@ -13,6 +13,7 @@ import pytest
 
 from gm_ompl import compilation
 from gm_ompl.planners import prepare
+from gm_ompl.scenario.load import load
 
 WHAT_IS_MISSING = """
 import json
@@ -70,8 +71,10 @@ def test_another_process_helps_only_where_nothing_is_compiled(
     monkeypatch.setattr(compilation, "is_compiled", lambda: not cold)
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setattr(subprocess, "Popen", Other)
-    Other.started = 0
-    prepare.prepare()
+    Other.started, problem = 0, load("paper/slide").problem
+    prepare.prepare(problem)
+    assert Other.started == cold
+    prepare.prepare(load("paper/slide", ["mechanics.backend=highs"]).problem)
     assert Other.started == cold
 
 
@@ -81,4 +84,4 @@ def test_one_core_compiles_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     monkeypatch.setattr(compilation, "is_compiled", lambda: False)
     monkeypatch.setattr(os, "cpu_count", lambda: 1)
     monkeypatch.setattr(subprocess, "Popen", None)
-    prepare.prepare()
+    prepare.prepare(load("paper/slide").problem)
