@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,9 @@ BoolArray: TypeAlias = NDArray[np.bool_]
 
 
 def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:
-    """Return a read-only float64 copy of ``values``, its shape checked.
+    """Return ``values`` as a read-only float64 array, its shape checked: a copy, or itself.
+
+    An array that owns its numbers and is read-only already comes back as it is.
 
     Args:
         values: numbers to copy.
@@ -26,18 +29,34 @@ def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Arra
     Raises:
         ShapeError: the shape differs, or an entry is NaN or infinite.
     """
-    array = np.array(values, dtype=np.float64)
+    array = values if _is_fixed(values) else np.array(values, dtype=np.float64)
     if array.size == 0 and len(shape) == 2 and shape[1] is not None:
         array = array.reshape(0, shape[1])
-    matches = array.ndim == len(shape) and all(
-        want is None or have == want for have, want in zip(array.shape, shape, strict=False)
-    )
-    if not matches:
+    if array.ndim != len(shape):
         raise ShapeError(name, array.shape, tuple(shape))
-    if not np.isfinite(array).all():
+    for have, want in zip(array.shape, shape, strict=True):
+        if want is not None and have != want:
+            raise ShapeError(name, array.shape, tuple(shape))
+    if not _is_finite(array):
         raise ShapeError(name, array.shape, tuple(shape), "an entry is NaN or infinite")
     array.flags.writeable = False
     return array
+
+
+def _is_fixed(values: ArrayLike) -> TypeGuard[Array]:
+    return (
+        type(values) is np.ndarray
+        and values.base is None
+        and not values.flags.writeable
+        and values.dtype == np.float64
+    )
+
+
+def _is_finite(array: Array) -> bool:
+    """Whether no entry is NaN or infinite."""
+    flat = array.reshape(-1)
+    # One cheap product settles it, unless entries beyond 1e154 make it overflow.
+    return math.isfinite(flat.dot(flat)) or bool(np.isfinite(array).all())
 
 
 def unit(vector: ArrayLike) -> Array:

@@ -14,7 +14,7 @@ from gm_ompl.contact.patches import SAME_NORMAL, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.geometry.separation import PlacedPiece, placed
+from gm_ompl.geometry.separation import PlacedPiece
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 TOUCHING = 1e-7
@@ -22,6 +22,9 @@ TOUCHING = 1e-7
 
 AT_REST = 1e-9
 """A velocity of at most this, relative to V, counts as none."""
+
+FEW = 32
+"""Contacts of which all pairs are compared at once."""
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -88,41 +91,38 @@ def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> E
     patches = list(_patches(body, environment, pose, tolerance))
     if not patches:
         return EnvironmentContacts(np.zeros((0, 3)), np.zeros((0, 3)))
-    points, normals = _listed([patch.points for patch in patches], patches)
-    kept = _distinct(points, normals, 2.0 * tolerance)
-    points, normals = points[kept], normals[kept]
+    points, normals = _distinct(*_listed([patch.points for patch in patches], patches), tolerance)
     if environment.patch_points:
         inner = [points_inside(patch, environment.patch_points) for patch in patches]
         inside, upright = _listed(inner, patches)
         every, all_normals = np.concatenate([points, inside]), np.concatenate([normals, upright])
-        kept = _distinct(every, all_normals, 2.0 * tolerance)
-        return EnvironmentContacts(every[kept], all_normals[kept], len(points))
+        return EnvironmentContacts(*_distinct(every, all_normals, tolerance), len(points))
     return EnvironmentContacts(points, normals)
 
 
 def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
     """Return points (m, 3) of several patches one after the other, and their normals (m, 3)."""
-    normals = [
-        np.tile(patch.normal, (len(own), 1)) for own, patch in zip(points, patches, strict=True)
-    ]
-    return np.concatenate(points), np.concatenate(normals)
+    normals = np.array([patch.normal for patch in patches])
+    return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
 
 
 def _patches(
     body: Body, environment: Surroundings, pose: Pose, tolerance: float
 ) -> Iterator[Patch]:
-    pieces = [placed(piece, pose) for piece in body.pieces]
+    pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
     if environment.floor:
         feet = [_floor_patch(piece, tolerance) for piece in pieces]
         yield from joined([patch for patch in feet if patch is not None], tolerance)
-    reaches = [[side.tolist() for side in piece.bounds] for piece in pieces]
+    reaches = []
+    if environment.obstacles:
+        reaches = [[side.tolist() for side in piece.bounds] for piece in pieces]
     for obstacle in environment.obstacles:
         found = []
         for other in obstacle.body.pieces:
             for piece, (low, high) in zip(pieces, reaches, strict=True):
                 if _apart(other, low, high, tolerance):
                     continue
-                patch = contact_patch(piece, placed(other), tolerance)
+                patch = contact_patch(piece, PlacedPiece(other), tolerance)
                 if patch is not None:
                     found.append(patch)
         yield from joined(found, tolerance)
@@ -144,15 +144,21 @@ def _apart(other: ConvexPiece, low: list[float], high: list[float], tolerance: f
     return any(high[k] + tolerance < least[k] or greatest[k] + tolerance < low[k] for k in range(3))
 
 
-def _distinct(points: Array, normals: Array, tolerance: float) -> list[int]:
-    """Return the rows whose point or normal differs from every earlier row's."""
+def _distinct(points: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:
+    """Return the contacts whose point or normal differs from every earlier one's."""
+    near = 2.0 * tolerance
+    if len(points) <= FEW:  # mostly no two are alike, and one look at all pairs says so
+        alike = (np.abs(points[:, None] - points) <= near).all(axis=2)
+        alike &= (np.abs(normals[:, None] - normals) <= SAME_NORMAL).all(axis=2)
+        if np.count_nonzero(alike) == len(points):
+            return points, normals
     kept: list[int] = []
     for i in range(len(points)):
-        near = np.abs(points[kept] - points[i]).max(axis=1, initial=0.0) <= tolerance
-        alike = np.abs(normals[kept] - normals[i]).max(axis=1, initial=0.0) <= SAME_NORMAL
-        if not (near & alike).any():
+        alike = np.abs(points[kept] - points[i]).max(axis=1, initial=0.0) <= near
+        alike &= np.abs(normals[kept] - normals[i]).max(axis=1, initial=0.0) <= SAME_NORMAL
+        if not alike.any():
             kept.append(i)
-    return kept
+    return points[kept], normals[kept]
 
 
 def contact_state(
@@ -172,19 +178,22 @@ def contact_state(
         body: the object, object frame.
     """
     world, upright = _needed(contacts, twist)
-    points, normals = pose.to_object(world), upright @ pose.rotation
-    slip = np.zeros_like(points)
-    if twist is not None:
-        velocity = twist.at(world - pose.position)
-        fastest = np.linalg.norm(twist.at(body.vertices @ pose.rotation.T), axis=1).max()
+    if twist is None:
+        slip = np.zeros(world.shape)
+    else:
+        arms = world - pose.position
+        velocity = twist.at(arms)
+        slow = AT_REST * twist.fastest(body.vertices @ pose.rotation.T)
         leaving = np.einsum("ij,ij->i", velocity, upright)
+        stays = leaving <= slow
+        if not stays.all():
+            world, upright = world[stays], upright[stays]
+            velocity, leaving = velocity[stays], leaving[stays]
         tangential = velocity - leaving[:, None] * upright
-        speed = np.linalg.norm(tangential, axis=1)
-        slides = speed > AT_REST * fastest
-        slip[slides] = (tangential[slides] / speed[slides, None]) @ pose.rotation
-        stays = leaving <= AT_REST * fastest
-        points, normals, slip = points[stays], normals[stays], slip[stays]
-    return ContactState(points, normals, slip, pose.rotation)
+        speed = np.sqrt(np.einsum("ij,ij->i", tangential, tangential))
+        speed[speed <= slow] = np.inf  # at rest: no direction
+        slip = (tangential / speed[:, None]) @ pose.rotation
+    return ContactState(pose.to_object(world), upright @ pose.rotation, slip, pose.rotation)
 
 
 def _needed(contacts: EnvironmentContacts, twist: Twist | None) -> tuple[Array, Array]:

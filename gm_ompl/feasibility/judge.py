@@ -6,6 +6,7 @@ one is lifted. Geometry is asked first, then a ``Backend`` for Sec. 3.4.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import TypeVar, final
 
@@ -19,9 +20,10 @@ from gm_ompl.contact.environment import (
     environment_contacts,
 )
 from gm_ompl.feasibility.backend import Backend
+from gm_ompl.feasibility.situation import Situation, Situations
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -64,7 +66,7 @@ class Judge:
         backend: decides Sec. 3.4.
         clear: clear[i][j], (P, P) or None for i = j: whether fingertip i at a row and fingertip
             j at a column do not penetrate each other. Constant in the object frame.
-        configurations: configurations whose geometry was tested.
+        configurations: configurations whose geometry was asked for.
     """
 
     def __init__(self, problem: Problem, backend: Backend) -> None:
@@ -80,9 +82,10 @@ class Judge:
         self.clear = self._clearances()
         each = 400 + len(hand.placements) * len(self._centres)
         self._limit = max(1000, REMEMBERED_BYTES // each)
-        self._nodes: dict[Coordinates, NodeGeometry] = {}
+        self._situations = Situations(problem)
+        self._nodes: dict[Coordinates | Situation, NodeGeometry] = {}
         self._touching: dict[Coordinates, EnvironmentContacts] = {}
-        self._environments: dict[tuple[Coordinates, Coordinates | None], int] = {}
+        self._environments: dict[Hashable, int] = {}
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
         pairs: dict[tuple[float, float], BoolArray] = {}
@@ -108,13 +111,19 @@ class Judge:
         """Return what geometry says at ``q``."""
         known = self._nodes.get(q)
         if known is None:
-            known = self._geometry(q)
+            self.configurations += 1
+            pose = self.problem.motion.pose(q)
+            situation = self._situations.of(pose)
+            if situation is not None:
+                known = self._nodes.get(situation)
+            if known is None:
+                known = self._geometry(pose)
+                if situation is not None:
+                    _remember(self._nodes, situation, known, self._limit)
             _remember(self._nodes, q, known, self._limit)
         return known
 
-    def _geometry(self, q: Coordinates) -> NodeGeometry:
-        self.configurations += 1
-        pose = self.problem.motion.pose(q)
+    def _geometry(self, pose: Pose) -> NodeGeometry:
         table = self.problem.fingers.placements
         object_free = self._scene.object_free(pose)
         masks: dict[float, BoolArray] = {}
@@ -149,13 +158,26 @@ class Judge:
         key = (q, dq)
         known = self._environments.get(key)
         if known is None:
-            problem = self.problem
-            pose = problem.motion.pose(q)
-            twist = None if dq is None else problem.motion.velocity(q, dq)
-            state = contact_state(self._contacts(q, pose), pose, twist, problem.body)
-            known = self.backend.environment(state)
+            motion = self.problem.motion
+            pose, twist = motion.pose(q), None if dq is None else motion.velocity(q, dq)
+            known = self._contact_state(q, pose, twist)
             _remember(self._environments, key, known, self._limit)
         return known
+
+    def _contact_state(self, q: Coordinates, pose: Pose, twist: Twist | None) -> int:
+        situation = self._situations.of(pose)
+        if situation is None:
+            return self._register(q, pose, twist)
+        moving = None if twist is None else (twist.linear.tobytes(), twist.angular.tobytes())
+        known = self._environments.get((situation, moving))
+        if known is None:
+            known = self._register(q, pose, twist)
+            _remember(self._environments, (situation, moving), known, self._limit)
+        return known
+
+    def _register(self, q: Coordinates, pose: Pose, twist: Twist | None) -> int:
+        state = contact_state(self._contacts(q, pose), pose, twist, self.problem.body)
+        return self.backend.environment(state)
 
     def _contacts(self, q: Coordinates, pose: Pose) -> EnvironmentContacts:
         """Return where the object touches at ``q``, whichever way it moves."""

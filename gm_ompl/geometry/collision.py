@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import PlacedPiece, penetrates, placed
+from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 EXACT = 1e-9
@@ -55,7 +55,7 @@ class Scene:
     def object_free(self, pose: Pose) -> bool:
         """Whether the object penetrates neither floor nor obstacles at ``pose``."""
         for k, piece in enumerate(self._body.pieces):
-            here = placed(piece, pose)
+            here = PlacedPiece(piece, pose)
             low, high = here.bounds
             if self._floor and low[2] < -self._tolerance(piece):
                 return False
@@ -119,7 +119,7 @@ class Scene:
         if _collide(self._shrunk[k], self._models[j]):
             return True
         other = self._obstacles[j]
-        return penetrates(here, placed(other), self._tolerance(here.piece, other))
+        return penetrates(here, PlacedPiece(other), self._tolerance(here.piece, other))
 
     def _clear(
         self, piece: ConvexPiece, model: fcl.CollisionObject, centres: Array, radius: float

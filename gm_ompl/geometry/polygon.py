@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,7 +32,7 @@ def side(p: Point2, q: Point2, x: Point2) -> float:
 
 def distance(p: Point2, q: Point2) -> float:
     """Return the distance between two points."""
-    return float(np.hypot(q[0] - p[0], q[1] - p[1]))
+    return math.hypot(q[0] - p[0], q[1] - p[1])
 
 
 def convex_hull(points: Sequence[Point2], tolerance: float) -> list[int]:

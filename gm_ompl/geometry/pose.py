@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, cross, read_only
+from gm_ompl.arrays import Array, read_only
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
@@ -112,5 +112,18 @@ class Twist:
 
         The arms are world-frame vectors from the centre of mass to the points.
         """
-        velocities: Array = self.linear + cross(self.angular, arms)
+        velocities: Array = self.linear + arms @ _turning(self.angular)
         return velocities
+
+    def fastest(self, arms: Array) -> float:
+        """Return the greatest speed of points at ``arms`` (n, 3)."""
+        if not self.angular.any():
+            return float(np.sqrt(self.linear @ self.linear))
+        velocities = self.at(arms)
+        return float(np.sqrt(np.einsum("ij,ij->i", velocities, velocities).max()))
+
+
+def _turning(angular: Array) -> Array:
+    """Return the (3, 3) matrix that takes an arm r, as a row, to w x r."""
+    x, y, z = angular.tolist()
+    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,36 +17,42 @@ BATCH = 4096
 """Pairs of edges looked at together: bounds the memory that two detailed hulls take."""
 
 
-class PlacedPiece(NamedTuple):
-    """A convex piece at a pose, world frame; arrays as in ``ConvexPiece``."""
+class PlacedPiece:
+    """A convex piece at a pose, world frame; without a pose, where it is.
 
-    piece: ConvexPiece
-    vertices: Array
-    normals: Array
-    offsets: Array
-    edges: Array
+    What a question does not ask for is not computed.
+
+    Attributes:
+        piece: the piece itself.
+        vertices: (v, 3).
+    """
+
+    def __init__(self, piece: ConvexPiece, pose: Pose | None = None) -> None:
+        self.piece, self._pose = piece, pose
+        self.vertices = piece.vertices if pose is None else pose.apply(piece.vertices)
+
+    @functools.cached_property
+    def normals(self) -> Array:
+        """Outward unit normals (f, 3) of its faces."""
+        normals, pose = self.piece.face_normals, self._pose
+        return normals if pose is None else normals @ pose.rotation.T
+
+    @functools.cached_property
+    def offsets(self) -> Array:
+        """Distances (f,) of its faces' planes from the origin, along their normals."""
+        offsets, pose = self.piece.face_offsets, self._pose
+        return offsets if pose is None else offsets + self.normals @ pose.position
+
+    @functools.cached_property
+    def edges(self) -> Array:
+        """Unit directions (e, 3) of its edges."""
+        edges, pose = self.piece.edge_directions, self._pose
+        return edges if pose is None else edges @ pose.rotation.T
 
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Least and greatest coordinates, (3,) each."""
         return self.vertices.min(axis=0), self.vertices.max(axis=0)
-
-
-def placed(piece: ConvexPiece, pose: Pose | None = None) -> PlacedPiece:
-    """Return ``piece`` at ``pose``; without one, where it is."""
-    if pose is None:
-        return PlacedPiece(
-            piece, piece.vertices, piece.face_normals, piece.face_offsets, piece.edge_directions
-        )
-    turn = pose.rotation.T
-    normals = piece.face_normals @ turn
-    return PlacedPiece(
-        piece,
-        piece.vertices @ turn + pose.position,
-        normals,
-        piece.face_offsets + normals @ pose.position,
-        piece.edge_directions @ turn,
-    )
 
 
 class Axis(enum.Enum):

@@ -41,9 +41,9 @@ class Slide:
         """Return the pose after ``fraction`` of the piece that began at ``start``."""
         return Pose(start.rotation, start.position + fraction * self.by)
 
-    def velocity(self, pose: Pose) -> Twist:  # noqa: ARG002 (every piece answers alike)
-        """Return the derivative with respect to the fraction, at ``pose``."""
-        return Twist(self.by, np.zeros(3))
+    def velocity(self, pose: Pose, rate: float) -> Twist:  # noqa: ARG002 (pieces answer alike)
+        """Return ``rate`` times the derivative with respect to the fraction, at ``pose``."""
+        return Twist(rate * self.by, np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +68,9 @@ class Tumble:
         """Return the pose after ``fraction`` of the piece that began at ``start``."""
         return start.turned(self.pivot, self.axis, fraction * self.angle)
 
-    def velocity(self, pose: Pose) -> Twist:
-        """Return the derivative with respect to the fraction, at ``pose``."""
-        angular = self.angle * self.axis
+    def velocity(self, pose: Pose, rate: float) -> Twist:
+        """Return ``rate`` times the derivative with respect to the fraction, at ``pose``."""
+        angular = rate * self.angle * self.axis
         return Twist(cross(angular, pose.position - self.pivot), angular)
 
 
@@ -142,9 +142,7 @@ class PathMotion(Motion):
         """
         ds = float(dq[0])
         p, fraction = self._piece(float(q[0]), ahead=ds >= 0)
-        rate = self.pieces[p].velocity(self._at(p, fraction))
-        speed = ds * len(self.pieces)
-        return Twist(speed * rate.linear, speed * rate.angular)
+        return self.pieces[p].velocity(self._at(p, fraction), ds * len(self.pieces))
 
 
 def tumble_towards(body: Body, pose: Pose, towards: Array, angle: float) -> Tumble:

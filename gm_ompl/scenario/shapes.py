@@ -9,7 +9,7 @@ import numpy as np
 
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
-from gm_ompl.geometry.separation import penetrates, placed
+from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.triangles import checked
 from gm_ompl.scenario.document import Document, Path
@@ -52,7 +52,7 @@ def _joined(pieces: list[ConvexPiece]) -> Body:
     body = Body(tuple(pieces))
     for i, piece in enumerate(pieces):
         for j in range(i):
-            if penetrates(placed(piece), placed(pieces[j]), OVERLAP * body.diagonal):
+            if penetrates(PlacedPiece(piece), PlacedPiece(pieces[j]), OVERLAP * body.diagonal):
                 raise GeometryError(
                     f"pieces {j} and {i} overlap; they may touch, so that volume counts once"
                 )

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from gm_ompl.arrays import Array
 from gm_ompl.contact.patch import contact_patch
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import gap, placed
+from gm_ompl.geometry.separation import PlacedPiece, gap
 from gm_ompl.geometry.solids import ConvexPiece, box
 
 Touching = Callable[[np.random.Generator, str, float], Any]
@@ -57,7 +57,9 @@ def test_patches_agree_with_coal(coal: ModuleType, touching: Touching, kinds: st
     sizes = set()
     for _ in range(400):
         pair = touching(rng, kinds, 1.0)
-        patch = contact_patch(placed(pair.upper, pair.pose), placed(pair.lower, pair.base), TOL)
+        patch = contact_patch(
+            PlacedPiece(pair.upper, pair.pose), PlacedPiece(pair.lower, pair.base), TOL
+        )
         assert patch is not None
         np.testing.assert_allclose(patch.normal, pair.normal, atol=1e-9)
         assert mismatch(patch.points, coal_patch(coal, pair, 1e-6)) < 1e-4
@@ -73,7 +75,7 @@ def test_faces_agree_with_qhull(touching: Touching, size: float) -> None:
     rng = np.random.default_rng(21)
     for _ in range(150):
         pair = touching(rng, "face face", size)
-        a, b = placed(pair.upper, pair.pose), placed(pair.lower, pair.base)
+        a, b = PlacedPiece(pair.upper, pair.pose), PlacedPiece(pair.lower, pair.base)
         patch = contact_patch(a, b, TOL * size)
         assert patch is not None
         inside = patch.points.mean(axis=0)
@@ -101,7 +103,7 @@ def test_crossed_edges_touch_in_one_point(touching: Touching, size: float) -> No
     rng = np.random.default_rng(22)
     for _ in range(300):
         pair = touching(rng, "edge edge", size)
-        a, b = placed(pair.upper, pair.pose), placed(pair.lower, pair.base)
+        a, b = PlacedPiece(pair.upper, pair.pose), PlacedPiece(pair.lower, pair.base)
         if gap(a, b).width < -1e-12 * size:
             continue  # the bodies overlap elsewhere: no contact was made
         patch = contact_patch(a, b, TOL * size)
@@ -119,7 +121,7 @@ def test_vertices_on_vertices_and_edges_carry_no_force(touching: Touching, kinds
     rng = np.random.default_rng(23)
     for _ in range(200):
         pair = touching(rng, kinds, 1.0)
-        a, b = placed(pair.upper, pair.pose), placed(pair.lower, pair.base)
+        a, b = PlacedPiece(pair.upper, pair.pose), PlacedPiece(pair.lower, pair.base)
         assert contact_patch(a, b, TOL) is None
 
 
@@ -143,7 +145,7 @@ CUBE = box([-1, -1, -1], [1, 1, 1])
 def test_aligned_cubes(position: list[float], points: int | None) -> None:
     """Two equal cubes: faces touch in 4 points, edges along each other and corners in none."""
     patch = contact_patch(
-        placed(CUBE, Pose(np.eye(3), np.array(position, dtype=float))), placed(CUBE), TOL
+        PlacedPiece(CUBE, Pose(np.eye(3), np.array(position, dtype=float))), PlacedPiece(CUBE), TOL
     )
     assert (None if patch is None else len(patch.points)) == points
 
@@ -151,10 +153,10 @@ def test_aligned_cubes(position: list[float], points: int | None) -> None:
 def test_edges_along_each_other_carry_no_force() -> None:
     """A tilted cube's edge on the rim of another's top has no normal; a little inwards it has."""
     tilted = Pose(np.eye(3), np.array([0.0, 0.0, 2.0])).turned([1, 0, 1], [0, 1, 0], 0.5)
-    on_rim = contact_patch(placed(CUBE, tilted), placed(CUBE), TOL)
+    on_rim = contact_patch(PlacedPiece(CUBE, tilted), PlacedPiece(CUBE), TOL)
     assert on_rim is None
     inside = Pose(tilted.rotation, tilted.position - [1e-3, 0, 0])
-    patch = contact_patch(placed(CUBE, inside), placed(CUBE), TOL)
+    patch = contact_patch(PlacedPiece(CUBE, inside), PlacedPiece(CUBE), TOL)
     assert patch is not None
     assert mismatch(patch.points, np.array([[0.999, -1, 1], [0.999, 1, 1]])) < 1e-9
 
@@ -167,8 +169,10 @@ def test_patches_hold_within_the_tolerance(touching: Touching, gap_width: float)
         for _ in range(40):
             pair = touching(rng, kinds, 1.0)
             moved = Pose(pair.pose.rotation, pair.pose.position + gap_width * pair.normal)
-            b = placed(pair.lower, pair.base)
-            here, there = (contact_patch(placed(pair.upper, p), b, TOL) for p in (pair.pose, moved))
+            b = PlacedPiece(pair.lower, pair.base)
+            here, there = (
+                contact_patch(PlacedPiece(pair.upper, p), b, TOL) for p in (pair.pose, moved)
+            )
             assert here is not None
             assert there is not None
             assert len(here.points) == len(there.points)

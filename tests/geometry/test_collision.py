@@ -8,7 +8,7 @@ import pytest
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import gap, placed
+from gm_ompl.geometry.separation import PlacedPiece, gap
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.surface import placements
 
@@ -51,11 +51,11 @@ def random_contact(rng: np.random.Generator, a: ConvexPiece, b: ConvexPiece) -> 
     pose = Pose.from_quaternion(b.vertices.mean(axis=0), rng.normal(size=4))
     step = rng.normal(size=3)
     step /= np.linalg.norm(step)
-    here = placed(a, pose)
+    here = PlacedPiece(a, pose)
     differences = (b.vertices[:, None] - here.vertices[None]).reshape(-1, 3)
     far = Pose(pose.rotation, pose.position + step * (differences @ step).max() * 0.9)
     for _ in range(60):
-        found = gap(placed(a, far), placed(b))
+        found = gap(PlacedPiece(a, far), PlacedPiece(b))
         far = Pose(far.rotation, far.position - found.width * found.normal)
         if abs(found.width) < 1e-15 * np.ptp(a.vertices):
             break
@@ -76,7 +76,7 @@ def test_object_may_touch_but_not_penetrate(
             for kind in kinds.split()
         )
         pose = random_contact(rng, a, b)
-        found = gap(placed(a, pose), placed(b))
+        found = gap(PlacedPiece(a, pose), PlacedPiece(b))
         D = Body((a,)).diagonal
         if abs(found.width) > 1e-12 * D:
             continue  # sliding to contact went round a corner
@@ -110,7 +110,7 @@ def test_object_free_agrees_with_the_separating_axes(reach: float, random_hull: 
             spot = rng.dirichlet(np.ones(len(ring))) @ ring
             spot = spot + b.face_normals[face] * rng.uniform(-0.5, 2.0)
             pose = Pose.from_quaternion(spot, rng.normal(size=4))
-            width = gap(placed(a, pose), placed(b)).width
+            width = gap(PlacedPiece(a, pose), PlacedPiece(b)).width
             assert scene.object_free(pose) == (width >= -COARSE * Body((a,)).diagonal)
             outcomes.append(width > 0)
     assert 0.1 < np.mean(outcomes) < 0.9

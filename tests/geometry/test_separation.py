@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import Axis, gap, penetrates, placed
+from gm_ompl.geometry.separation import Axis, PlacedPiece, gap, penetrates
 from gm_ompl.geometry.solids import ConvexPiece, box
 
 RandomHull = Callable[[np.random.Generator, float], ConvexPiece]
@@ -16,9 +16,9 @@ RandomPose = Callable[[np.random.Generator, float], Pose]
 
 def test_gap_of_aligned_boxes_is_the_face_distance() -> None:
     """Boxes apart, touching and overlapping along z: the gap is the z distance, normal +z."""
-    below = placed(box([-5, -5, -1], [5, 5, 0]))
+    below = PlacedPiece(box([-5, -5, -1], [5, 5, 0]))
     for height in (0.25, 0.0, -0.125):
-        above = placed(box([-1, -1, height], [1, 1, height + 2]))
+        above = PlacedPiece(box([-1, -1, height], [1, 1, height + 2]))
         found = gap(above, below, tie=1e-9)
         assert found.width == height
         np.testing.assert_array_equal(found.normal, [0, 0, 1])
@@ -31,7 +31,7 @@ def test_gap_of_crossed_edges_is_their_common_perpendicular() -> None:
     ridge = Pose.from_quaternion([0, 0, 0], [np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0])
     valley = ridge.turned([0, 0, 0], [0, 0, 1], np.pi / 2).rotation
     upper = Pose(valley, np.array([0, 0, 2 * np.sqrt(2) + 0.01]))
-    found = gap(placed(cube, upper), placed(cube, ridge))
+    found = gap(PlacedPiece(cube, upper), PlacedPiece(cube, ridge))
     assert found.axis is Axis.EDGES
     assert found.width == pytest.approx(0.01, abs=1e-12)
     np.testing.assert_allclose(found.normal, [0, 0, 1], atol=1e-12)
@@ -49,7 +49,7 @@ def test_gap_agrees_with_the_minkowski_difference(
     signs = []
     for _ in range(60):
         a, b = random_hull(rng, size), random_hull(rng, size)
-        here, there = placed(a, random_pose(rng, 1.5 * size)), placed(b)
+        here, there = PlacedPiece(a, random_pose(rng, 1.5 * size)), PlacedPiece(b)
         steps = (here.vertices[:, None] - there.vertices[None]).reshape(-1, 3) / size
         want = ConvexHull(steps).equations[:, 3].max() * size
         found = gap(here, there)
@@ -74,9 +74,9 @@ def test_gap_moves_along_with_the_world(random_hull: RandomHull, random_pose: Ra
             random_pose(rng, 5.0),
         )  # fmt: skip
         moved = Pose(world.rotation @ pose.rotation, world.apply(pose.position))
-        first = gap(placed(a, pose), placed(b))
-        second = gap(placed(a, moved), placed(b, world))
-        swapped = gap(placed(b), placed(a, pose))
+        first = gap(PlacedPiece(a, pose), PlacedPiece(b))
+        second = gap(PlacedPiece(a, moved), PlacedPiece(b, world))
+        swapped = gap(PlacedPiece(b), PlacedPiece(a, pose))
         assert second.width == pytest.approx(first.width, abs=1e-12)
         np.testing.assert_allclose(second.normal, world.rotation @ first.normal, atol=1e-9)
         assert swapped.width == pytest.approx(first.width, abs=1e-14)

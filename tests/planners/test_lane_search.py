@@ -196,14 +196,14 @@ def test_every_placement_is_blocked_somewhere(
     ).problem
     part = np.arange(len(problem.fingers.placements)) % 3
     first, last = np.array([0.0, 0.28, 0.57])[part], np.array([0.5, 0.72, 1.0])[part]
-    geometry = Judge._geometry
+    geometry = Judge.node
 
     def windowed(self: Judge, q: tuple[float, ...]) -> NodeGeometry:
         node = geometry(self, q)
         inside = (first <= q[0]) & (q[0] <= last)
         return NodeGeometry(node.object_free, tuple(mask & inside for mask in node.free))
 
-    monkeypatch.setattr(Judge, "_geometry", windowed)
+    monkeypatch.setattr(Judge, "node", windowed)
     same(solve(problem), solve(problem, "dijkstra"))
 
 

@@ -1,0 +1,49 @@
+"""The object's situation: what geometry depends on while no obstacle is in reach."""
+
+from __future__ import annotations
+
+from typing import TypeAlias, final
+
+import numpy as np
+
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.problem import Problem
+
+Situation: TypeAlias = tuple[bytes, float]
+"""How the object is turned, and its height over the floor."""
+
+CLEARANCE = 1e-6
+"""Added to the reach, relative to it: far above the gap that counts as a contact."""
+
+
+@final
+class Situations:
+    """Tells which poses are the same to geometry.
+
+    Where object and hand reach no obstacle, only the floor is left, and moving along the floor
+    changes nothing: contacts and free placements in the object frame are those of any other pose
+    with the same rotation and height.
+
+    Args:
+        problem: the problem.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        hand, body = problem.fingers, problem.body
+        reach = float(np.linalg.norm(body.vertices, axis=1).max())
+        for radius in set(hand.radius.tolist()):
+            centres = np.linalg.norm(hand.placements.centres(radius), axis=1)
+            reach = max(reach, float(centres.max(initial=0.0)) + radius)
+        self._square = ((1.0 + CLEARANCE) * reach) ** 2
+        pieces = [piece for other in problem.environment.obstacles for piece in other.body.pieces]
+        self._low = np.array([piece.bounds[0] for piece in pieces]).reshape(-1, 3)
+        self._high = np.array([piece.bounds[1] for piece in pieces]).reshape(-1, 3)
+        self._floor = problem.environment.floor
+
+    def of(self, pose: Pose) -> Situation | None:
+        """Return the situation at ``pose``; None where an obstacle may matter."""
+        if len(self._low):
+            nearest = np.minimum(np.maximum(pose.position, self._low), self._high) - pose.position
+            if (np.einsum("ij,ij->i", nearest, nearest) <= self._square).any():
+                return None
+        return pose.rotation.tobytes(), float(pose.position[2]) if self._floor else 0.0
