@@ -48,21 +48,21 @@ def start(
 def raise_sides(L: Array, T: Array, d: Array, m: int, N: int) -> None:
     """Write all right-hand sides, from the inverse of the basis that the tableau holds."""
     first = N + m
+    end = first + SIDES
+    sides = np.empty((6, SIDES))
     for j in range(SIDES):
-        d[first + j] = 0.0
-        for i in range(m):
-            T[i, first + j] = 0.0
-    sides = np.empty(SIDES)
-    for t in range(6):
+        side = L[number(2 * j)]
+        for t in range(6):
+            sides[t, j] = side[t]
+    for i in range(m + 1):
+        row = T[i, first:end] if i < m else d[first:end]
+        factors = T[i, N : N + 6] if i < m else d[N : N + 6]
+        a, b, c = factors[0], factors[1], factors[2]
+        e, f, g = factors[3], factors[4], factors[5]
         for j in range(SIDES):
-            sides[j] = L[number(2 * j), t]
-        for j in range(SIDES):
-            d[first + j] += d[N + t] * sides[j]
-        for i in range(m):
-            factor = T[i, N + t]
-            if factor != 0.0:
-                for j in range(SIDES):
-                    T[i, first + j] += factor * sides[j]
+            row[j] = ((a * sides[0, j] + b * sides[1, j]) + (c * sides[2, j] + e * sides[3, j])) + (
+                f * sides[4, j] + g * sides[5, j]
+            )
 
 
 @compiled
@@ -117,15 +117,18 @@ def drift(raw: Array, T: Array, basis: IntArray, m: int, N: int) -> float:
 
     Relative to its largest entry (at least 1).
     """
-    worst, size = 0.0, 1.0
+    worst, size, column = 0.0, 1.0, np.empty(m)
     for r in range(m):
+        row = T[r, N : N + m]
         for t in range(m):
-            size = max(size, abs(T[r, N + t]))
+            size = max(size, abs(row[t]))
     for k in range(m):
         if basis[k] < N:
+            for t in range(m):
+                column[t] = raw[t, basis[k]]
             for r in range(m):
-                entry = -1.0 if r == k else 0.0
+                row, entry = T[r, N : N + m], -1.0 if r == k else 0.0
                 for t in range(m):
-                    entry += T[r, N + t] * raw[t, basis[k]]
+                    entry += row[t] * column[t]
                 worst = max(worst, abs(entry))
     return worst / size

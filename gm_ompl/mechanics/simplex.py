@@ -33,29 +33,47 @@ SOLVED, EXCEEDED, INFEASIBLE, TROUBLE = 0, 1, 2, 3
 nothing resists; give up."""
 
 
+@compiled
+def _eight_rows(
+    T: Array, first: int, S: int, last: int, weights: Array, lo: Array, hi: Array
+) -> None:
+    """Write the least and greatest of 0 and the weighted entries of rows 0 to 7, per column.
+
+    Six to eight rows are there, ``last`` is the last one. All that one column needs stands in one
+    expression: many columns are done at a time, and nothing goes through memory in between.
+    """
+    r6, r7, end = min(6, last), min(7, last), first + S
+    a, b, c, d = T[0, first:end], T[1, first:end], T[2, first:end], T[3, first:end]
+    e, f, g, h = T[4, first:end], T[5, first:end], T[r6, first:end], T[r7, first:end]
+    low, high = lo[:S], hi[:S]
+    w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
+    w4, w5, w6, w7 = weights[4], weights[5], weights[r6], weights[r7]
+    for j in range(S):
+        x0, x1, x2, x3 = w0 * a[j], w1 * b[j], w2 * c[j], w3 * d[j]
+        x4, x5, x6, x7 = w4 * e[j], w5 * f[j], w6 * g[j], w7 * h[j]
+        u, v = min(min(x0, x1), min(x2, x3)), min(min(x4, x5), min(x6, x7))
+        low[j] = min(0.0, min(u, v))
+        u, v = max(max(x0, x1), max(x2, x3)), max(max(x4, x5), max(x6, x7))
+        high[j] = max(0.0, max(u, v))
+
+
 @inlined
 def _extremes(
     T: Array, basis: IntArray, m: int, N: int, S: int, weights: Array, lo: Array, hi: Array
 ) -> None:
     """Write the least and greatest weighted basic variable per right-hand side in the tableau.
 
-    Artificial variables count with both signs. Side by side in memory are the right-hand sides,
-    but a minimum kept in a register beats one in memory, so rows are innermost.
+    Artificial variables count with both signs.
     """
-    first, real = N + m, True
+    _eight_rows(T, N + m, S, m - 1, weights, lo, hi)
     for r in range(m):
-        real = real and basis[r] < N
-    for j in range(S):
-        low, high = 0.0, 0.0
-        for r in range(m):
-            x = weights[r] * T[r, first + j]
-            low, high = min(low, x), max(high, x)
-        if not real:
-            for r in range(m):
-                if basis[r] >= N:
-                    x = weights[r] * abs(T[r, first + j])
-                    low, high = min(low, -x), max(high, x)
-        lo[j], hi[j] = low, high
+        if r >= 8 or basis[r] >= N:
+            row, w = T[r, N + m : N + m + S], weights[r]
+            mirrored = w if basis[r] < N else -w
+            for j in range(S):
+                x, y, low, high = w * row[j], mirrored * row[j], lo[j], hi[j]
+                low, high = x if x < low else low, x if x > high else high
+                lo[j], hi[j] = y if y < low else low, y if y > high else high
 
 
 @inlined
@@ -78,8 +96,8 @@ def _keep(
 
 @inlined
 def _close_bounded(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, cost: float,
-    balance: Array, enough: float, open_: BoolArray, lo: Array, hi: Array, weights: Array,
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, cost: float, balance: Array,
+    enough: float, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, weights: Array,
 ) -> None:  # fmt: skip
     """Close the directions that the balance proves to have tau <= enough.
 
@@ -91,32 +109,26 @@ def _close_bounded(
         share = per_tau * balance[basis[r]] if basis[r] < N else 0.0
         weights[r] = 1.0 / max(share, 1e-9)
     _extremes(T, basis, m, N, S, weights, lo, hi)
-    first = N + m
+    costs = d[N + m : N + m + S]
     for s in range(S):
-        tau, opposite = -lo[s] - d[first + s], hi[s] + d[first + s]
-        if min(tau, opposite) > enough:
-            continue
-        if tau <= enough:
-            open_[2 * slots[s]] = False
-        if opposite <= enough:
-            open_[2 * slots[s] + 1] = False
+        ahead[s] = ahead[s] & (-lo[s] - costs[s] > enough)
+        behind[s] = behind[s] & (hi[s] + costs[s] > enough)
 
 
 @inlined
 def _drop_closed(
-    T: Array, d: Array, m: int, first: int, S: int, slots: IntArray, open_: BoolArray, lo: Array,
-    hi: Array,
+    T: Array, d: Array, m: int, first: int, S: int, slots: IntArray, ahead: BoolArray,
+    behind: BoolArray, lo: Array, hi: Array,
 ) -> int:  # fmt: skip
     """Drop right-hand sides closed both ways; the last ones take their places."""
     s = 0
     while s < S:
-        code = 2 * slots[s]
-        if open_[code] or open_[code + 1]:
+        if ahead[s] or behind[s]:
             s += 1
             continue
         S -= 1
-        slots[s], lo[s], hi[s] = slots[S], lo[S], hi[S]
-        d[first + s] = d[first + S]
+        slots[s], ahead[s], behind[s] = slots[S], ahead[S], behind[S]
+        lo[s], hi[s], d[first + s] = lo[S], hi[S], d[first + S]
         for r in range(m):
             T[r, first + s] = T[r, first + S]
     return S
@@ -124,35 +136,36 @@ def _drop_closed(
 
 @inlined
 def _choose(
-    d: Array, first: int, S: int, slots: IntArray, open_: BoolArray, lo: Array, hi: Array,
+    costs: Array, S: int, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array,
     worst_tau: float,
 ) -> int:  # fmt: skip
-    """Return the direction to solve next.
+    """Return the direction to solve next: 2 s for right-hand side s, 2 s + 1 for its opposite.
 
     The one with the largest bound on tau if that beats the worst so far, else the one that the
     present basis misses by least: a pivot or two will do.
     """
     best_tau, by_tau, best_miss, by_miss = worst_tau, -1, np.inf, -1
     for s in range(S):
-        code, bound = 2 * slots[s], -d[first + s]
-        if open_[code]:
-            if bound > best_tau:
-                best_tau, by_tau = bound, code
-            if -lo[s] < best_miss:
-                best_miss, by_miss = -lo[s], code
-        if open_[code + 1]:
-            if -bound > best_tau:
-                best_tau, by_tau = -bound, code + 1
-            if hi[s] < best_miss:
-                best_miss, by_miss = hi[s], code + 1
+        bound = -costs[s] if ahead[s] else -np.inf
+        if bound > best_tau:
+            best_tau, by_tau = bound, 2 * s
+        bound = costs[s] if behind[s] else -np.inf
+        if bound > best_tau:
+            best_tau, by_tau = bound, 2 * s + 1
+        miss = -lo[s] if ahead[s] else np.inf
+        if miss < best_miss:
+            best_miss, by_miss = miss, 2 * s
+        miss = hi[s] if behind[s] else np.inf
+        if miss < best_miss:
+            best_miss, by_miss = miss, 2 * s + 1
     return by_tau if by_tau >= 0 else by_miss
 
 
 @inlined
 def _close_solved(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray,
-    open_: BoolArray, lo: Array, hi: Array, kept: Array, has: BoolArray, balance: Array,
-    worst: int, worst_tau: float,
+    ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, kept: Array, has: BoolArray,
+    balance: Array, worst: int, worst_tau: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Close the directions that the present basis solves; return the worst so far, and its tau."""
     first = N + m
@@ -161,39 +174,41 @@ def _close_solved(
         if min(hi[s], -lo[s]) > slack:
             continue
         for opposite in range(2):
-            code = 2 * slots[s] + opposite
-            if open_[code] and (hi[s] if opposite else -lo[s]) <= slack:
-                open_[code] = False
-                tau = d[first + s] if opposite else -d[first + s]
-                _keep(T, basis, m, N, first + s, code, kept, has, balance)
-                if tau > worst_tau:
-                    worst, worst_tau = code, tau
+            open_, miss = (behind[s], hi[s]) if opposite else (ahead[s], -lo[s])
+            if not open_ or miss > slack:
+                continue
+            code, tau = 2 * slots[s] + opposite, d[first + s] if opposite else -d[first + s]
+            if opposite:
+                behind[s] = False
+            else:
+                ahead[s] = False
+            _keep(T, basis, m, N, first + s, code, kept, has, balance)
+            if tau > worst_tau:
+                worst, worst_tau = code, tau
     return worst, worst_tau
 
 
 @inlined
 def _step(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, code: int,
-    bland: bool, x: Array, y: Array,
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, now: int, bland: bool,
+    x: Array, y: Array, room: Array,
 ) -> int:  # fmt: skip
     """Pivot towards a direction; where nothing resists it, ``y`` (m,) gets the ray that proves it.
 
-    ``x`` (m,) is room to work in.
+    ``x`` (m,) and ``room`` (N,) are room to work in.
 
     Returns:
         SOLVED where a pivot was made, INFEASIBLE, or TROUBLE.
     """
-    column = N + m
-    while slots[column - N - m] != code // 2:
-        column += 1
-    sign = -1.0 if code % 2 else 1.0
+    column = N + m + now // 2
+    sign = -1.0 if now % 2 else 1.0
     for r in range(m):
         x[r] = sign * T[r, column]
     r = leaving(x, basis, m, N, bland)
     if r < 0:
         return TROUBLE
     sign = 1.0 if x[r] < 0.0 else -1.0
-    c = entering(T, d, N, r, sign, bland)
+    c = entering(T, d, N, r, sign, bland, room)
     if c < 0:
         for i in range(m):
             y[i] = -sign * T[r, N + i]
@@ -228,17 +243,19 @@ def search_directions(
     Returns:
         How the pass ended, the direction, its tau.
     """
-    open_, has = np.ones(2 * SIDES, dtype=np.bool_), np.zeros(2 * SIDES, dtype=np.bool_)
-    slots, work = np.arange(SIDES), np.empty((4, SIDES))
+    ahead, behind = np.ones(SIDES, dtype=np.bool_), np.ones(SIDES, dtype=np.bool_)
+    slots, has, work = np.arange(SIDES), np.zeros(2 * SIDES, dtype=np.bool_), np.empty((4, SIDES))
     lo, hi, low, high = work[0], work[1], work[2], work[3]
-    ones, weights, x, balance = np.ones(m), np.empty(m), np.empty(m), np.zeros(N)
+    ones, weights, x, balance, room = (
+        np.ones(m), np.empty(m), np.empty(m), np.zeros(N), np.empty(N),
+    )  # fmt: skip
     kept = np.empty((2 * SIDES, N))
     now, worst, worst_tau, here, first, S = -1, -1, -1.0, 0, N + m, len(slots)
     for step in range(MAX_STEPS + MORE_STEPS * N):
         _extremes(T, basis, m, N, S, ones, lo, hi)
         before = worst
         worst, worst_tau = _close_solved(
-            T, d, basis, m, N, S, slots, open_, lo, hi, kept, has, balance, worst, worst_tau
+            T, d, basis, m, N, S, slots, ahead, behind, lo, hi, kept, has, balance, worst, worst_tau
         )
         if worst != before:
             for r in range(m):
@@ -248,15 +265,15 @@ def search_directions(
         least = max(worst_tau, enough)
         if balance[0] > 0.0:
             _close_bounded(
-                T, d, basis, m, N, S, slots, cost, balance, least, open_, low, high, weights
+                T, d, basis, m, N, S, cost, balance, least, ahead, behind, low, high, weights
             )
-        if now < 0 or not open_[now]:
-            S = _drop_closed(T, d, m, first, S, slots, open_, lo, hi)
+        if now < 0 or not (behind[now // 2] if now % 2 else ahead[now // 2]):
+            S = _drop_closed(T, d, m, first, S, slots, ahead, behind, lo, hi)
             if S == 0:
                 return SOLVED, number(worst), worst_tau
-            now, here = _choose(d, first, S, slots, open_, lo, hi, worst_tau), 0
+            now, here = _choose(d[first : first + S], S, ahead, behind, lo, hi, worst_tau), 0
         here += 1
-        end = _step(T, d, basis, m, N, S, slots, now, bland or here > DANTZIG_STEPS + N, x, y)
+        end = _step(T, d, basis, m, N, S, now, bland or here > DANTZIG_STEPS + N, x, y, room)
         if end != SOLVED:
-            return end, number(now), np.inf
+            return end, number(2 * slots[now // 2] + now % 2), np.inf
     return TROUBLE, -1, 0.0

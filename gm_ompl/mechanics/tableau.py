@@ -3,9 +3,14 @@
 Row r of a tableau belongs to the variable basis[r]. Columns 0..N-1 are real variables, N..N+m-1
 artificial ones, fixed at zero (they hold the inverse of the basis), then right-hand sides. ``d``
 holds the reduced costs; the duals are y = -d[N:N+m], and -d of a right-hand side l is y . l.
+
+Loops run over views of rows: an index that may be negative, as r or N + j might be for all the
+compiler knows, keeps a loop from being done several numbers at a time.
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
@@ -20,6 +25,8 @@ rule: it cannot cycle, but it crawls, and many nearly equal columns need many ho
 MAX_STEPS = 2000
 """Pivots before giving up on a tableau; 50 more per column."""
 MORE_STEPS = 50
+SMALL = 16
+"""Rows up to which a pivot does not look for rows that it could leave out."""
 NEVER = 1 << 40
 """Stands for no limit on pivots where a rough answer would do."""
 
@@ -27,21 +34,24 @@ NEVER = 1 << 40
 @compiled
 def pivot(T: Array, d: Array, basis: IntArray, m: int, W: int, r: int, c: int) -> None:
     """Bring column c into the basis in row r."""
-    scale = 1.0 / T[r, c]
+    chosen = T[r, :W]
+    scale = 1.0 / chosen[c]
     for j in range(W):
-        T[r, j] *= scale
-    T[r, c] = 1.0
+        chosen[j] *= scale
+    chosen[c] = 1.0
+    sparse = m > SMALL
     for i in range(m):
-        factor = T[i, c]
-        if i != r and factor != 0.0:
-            for j in range(W):
-                T[i, j] -= factor * T[r, j]
-            T[i, c] = 0.0
-    factor = d[c]
-    if factor != 0.0:
+        row = T[i, :W]
+        if i == r or (sparse and row[c] == 0.0):
+            continue
+        factor = row[c]
         for j in range(W):
-            d[j] -= factor * T[r, j]
-        d[c] = 0.0
+            row[j] -= factor * chosen[j]
+        row[c] = 0.0
+    costs, factor = d[:W], d[c]
+    for j in range(W):
+        costs[j] -= factor * chosen[j]
+    costs[c] = 0.0
     basis[r] = c
 
 
@@ -51,30 +61,39 @@ def leaving(x: Array, basis: IntArray, m: int, N: int, bland: bool) -> int:
     size = 1.0
     for r in range(m):
         size = max(size, abs(x[r]))
-    best, row = FEASIBLE * size, -1
+    least = FEASIBLE * size
+    best, row = least, -1
     for r in range(m):
         excess = abs(x[r]) if basis[r] >= N else -x[r]
-        if excess > FEASIBLE * size and (
-            (bland and (row < 0 or basis[r] < basis[row])) or (not bland and excess > best)
-        ):
-            best, row = excess, r
+        better = excess > best
+        if bland:
+            better = excess > least and (row < 0 or basis[r] < basis[row])
+        best = excess if better else best
+        row = r if better else row
     return row
 
 
 @compiled
-def entering(T: Array, d: Array, N: int, r: int, sign: float, bland: bool) -> int:
-    """Return the entering column by the dual ratio test, or -1 where there is none."""
-    top, under = 1.0, 0.0
+def entering(T: Array, d: Array, N: int, r: int, sign: float, bland: bool, room: Array) -> int:
+    """Return the entering column by the dual ratio test, or -1 where there is none.
+
+    ``room`` (N,) is written to. What a loop decides per column is written down and compared in a
+    loop of its own: the first has no branches then.
+    """
+    row, costs, least = T[r, :N], d[:N], np.inf
     for j in range(N):
-        alpha = -sign * T[r, j]
-        # Cross-multiplied: the least ratio without a division.
-        if alpha > PIVOT and (d[j] + 1e-12) * under < top * alpha:
-            top, under = d[j] + 1e-12, alpha
-    best, column = 0.0, -1
+        alpha = -sign * row[j]
+        ratio = (costs[j] + 1e-12) / alpha
+        room[j] = ratio if alpha > PIVOT else np.inf
     for j in range(N):
-        alpha = -sign * T[r, j]
-        if alpha > PIVOT and d[j] * under <= top * alpha and alpha > best:
-            best, column = alpha, j
+        least = room[j] if room[j] < least else least
+    for j in range(N):
+        alpha = -sign * row[j]
+        room[j] = alpha if costs[j] <= least * alpha else 0.0
+    best, column = PIVOT, -1
+    for j in range(N):
+        if room[j] > best:
+            best, column = room[j], j
             if bland:
                 break
     return column
@@ -89,16 +108,17 @@ def feasible(
     Returns:
         1 where ``x`` (m,) is the optimal basic solution, 0 where there is none, -1 in trouble.
     """
+    inverse, room = T[:, N : N + m], np.empty(N)
     for step in range(MAX_STEPS + MORE_STEPS * N):
         for r in range(m):
             x[r] = 0.0
             for j in range(m):
-                x[r] += T[r, N + j] * b[j]
+                x[r] += inverse[r, j] * b[j]
         bland = step > DANTZIG_STEPS * (1 + m // 12) + N
         r = leaving(x, basis, m, N, bland)
         if r < 0:
             return 1
-        c = entering(T, d, N, r, 1.0 if x[r] < 0.0 else -1.0, bland)
+        c = entering(T, d, N, r, 1.0 if x[r] < 0.0 else -1.0, bland, room)
         if c < 0:
             return 0
         pivot(T, d, basis, m, W, r, c)
