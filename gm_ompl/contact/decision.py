@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
 class ControlMode(enum.Enum):
@@ -22,8 +22,7 @@ class Outcome(enum.Enum):
     NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
 
 
-@dataclass(frozen=True)
-class ModeDecision:
+class ModeDecision(NamedTuple):
     """The best combination of control modes at an instant.
 
     Attributes:

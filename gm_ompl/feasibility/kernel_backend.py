@@ -102,25 +102,25 @@ class KernelBackend:
         Raises:
             SolverError: the kernel found neither a decision nor a proof.
         """
-        key = (environment, self._hand(fingers)[0], placements)
+        kinds, hand = self._hand(fingers)
+        key = (environment, kinds, placements)
         known = self._known(key, below)
         if known is None:
-            known = self._solve(environment, fingers, placements, below)
+            known = self._solve(environment, hand, placements, below)
             self._memo[key] = known.outcome is not Outcome.BELOW, known
         return known
 
     def _solve(
-        self, environment: int, fingers: tuple[int, ...], placements: Placements, below: float
+        self, environment: int, hand: IntArray, placements: Placements, below: float
     ) -> ModeDecision:
         self.decisions += 1
-        f_com, y = np.zeros(len(fingers)), np.zeros(6)
+        load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         end, z, direction, mask = modes.decide(
-            self._env[environment], self._load[environment], self._tips, self._hand(fingers)[1],
-            np.array(placements, dtype=np.int64), self._f_max, DIRECTIONS, below / self.scale, -1,
-            -1, f_com, y,
+            self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
+            self._f_max, DIRECTIONS, below / self.scale, -1, -1, f_com, y,
         )  # fmt: skip
-        if len(fingers) == len(self._f_max):
-            self.pool.add(environment, self._load[environment], y)
+        if len(hand) == len(self._f_max):
+            self.pool.add(environment, load, y)
         if end == modes.UNDER:
             return ModeDecision(Outcome.BELOW, float(z) * self.scale)
         return as_decision(end, z * self.scale, direction, mask, f_com * self.scale)

@@ -37,12 +37,12 @@ def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> 
         raise SolverError("the mechanics kernel found neither a mode decision nor a proof")
     if end != modes.STABLE:
         return ModeDecision(OUTCOMES[end], -np.inf)
-    held = _held(mask, len(f_com))
-    commands = tuple([
-        None if mode is ControlMode.POSITION else f
-        for mode, f in zip(held, f_com.tolist(), strict=True)
-    ])  # fmt: skip
-    return ModeDecision(Outcome.STABLE, float(z), held, commands, int(direction))
+    forces: list[float | None] = f_com.tolist()
+    for i in range(len(forces)):
+        if (mask >> i) & 1:
+            forces[i] = None
+    held = _held(mask, len(forces))
+    return ModeDecision(Outcome.STABLE, float(z), held, tuple(forces), int(direction))
 
 
 @functools.cache

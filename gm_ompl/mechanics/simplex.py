@@ -118,7 +118,7 @@ def _close_bounded(
 @inlined
 def _drop_closed(
     T: Array, d: Array, m: int, first: int, S: int, slots: IntArray, ahead: BoolArray,
-    behind: BoolArray, lo: Array, hi: Array,
+    behind: BoolArray,
 ) -> int:  # fmt: skip
     """Drop right-hand sides closed both ways; the last ones take their places."""
     s = 0
@@ -128,37 +128,28 @@ def _drop_closed(
             continue
         S -= 1
         slots[s], ahead[s], behind[s] = slots[S], ahead[S], behind[S]
-        lo[s], hi[s], d[first + s] = lo[S], hi[S], d[first + S]
+        d[first + s] = d[first + S]
         for r in range(m):
             T[r, first + s] = T[r, first + S]
     return S
 
 
 @inlined
-def _choose(
-    costs: Array, S: int, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array,
-    worst_tau: float,
-) -> int:  # fmt: skip
+def _choose(costs: Array, S: int, ahead: BoolArray, behind: BoolArray) -> int:
     """Return the direction to solve next: 2 s for right-hand side s, 2 s + 1 for its opposite.
 
-    The one with the largest bound on tau if that beats the worst so far, else the one that the
-    present basis misses by least: a pivot or two will do.
+    It is the one with the largest bound on tau: what is worst is found early, and what is solved
+    far out tells most about the rest.
     """
-    best_tau, by_tau, best_miss, by_miss = worst_tau, -1, np.inf, -1
+    best, chosen = -np.inf, -1
     for s in range(S):
         bound = -costs[s] if ahead[s] else -np.inf
-        if bound > best_tau:
-            best_tau, by_tau = bound, 2 * s
+        if bound > best:
+            best, chosen = bound, 2 * s
         bound = costs[s] if behind[s] else -np.inf
-        if bound > best_tau:
-            best_tau, by_tau = bound, 2 * s + 1
-        miss = -lo[s] if ahead[s] else np.inf
-        if miss < best_miss:
-            best_miss, by_miss = miss, 2 * s
-        miss = hi[s] if behind[s] else np.inf
-        if miss < best_miss:
-            best_miss, by_miss = miss, 2 * s + 1
-    return by_tau if by_tau >= 0 else by_miss
+        if bound > best:
+            best, chosen = bound, 2 * s + 1
+    return chosen
 
 
 @inlined
@@ -244,8 +235,8 @@ def search_directions(
         How the pass ended, the direction, its tau.
     """
     ahead, behind = np.ones(SIDES, dtype=np.bool_), np.ones(SIDES, dtype=np.bool_)
-    slots, has, work = np.arange(SIDES), np.zeros(2 * SIDES, dtype=np.bool_), np.empty((4, SIDES))
-    lo, hi, low, high = work[0], work[1], work[2], work[3]
+    slots, has, work = np.arange(SIDES), np.zeros(2 * SIDES, dtype=np.bool_), np.empty((2, SIDES))
+    lo, hi = work[0], work[1]
     ones, weights, x, balance, room = (
         np.ones(m), np.empty(m), np.empty(m), np.zeros(N), np.empty(N),
     )  # fmt: skip
@@ -265,13 +256,13 @@ def search_directions(
         least = max(worst_tau, enough)
         if balance[0] > 0.0:
             _close_bounded(
-                T, d, basis, m, N, S, cost, balance, least, ahead, behind, low, high, weights
+                T, d, basis, m, N, S, cost, balance, least, ahead, behind, lo, hi, weights
             )
         if now < 0 or not (behind[now // 2] if now % 2 else ahead[now // 2]):
-            S = _drop_closed(T, d, m, first, S, slots, ahead, behind, lo, hi)
+            S = _drop_closed(T, d, m, first, S, slots, ahead, behind)
             if S == 0:
                 return SOLVED, number(worst), worst_tau
-            now, here = _choose(d[first : first + S], S, ahead, behind, lo, hi, worst_tau), 0
+            now, here = _choose(d[first : first + S], S, ahead, behind), 0
         here += 1
         end = _step(T, d, basis, m, N, S, now, bland or here > DANTZIG_STEPS + N, x, y, room)
         if end != SOLVED:
