@@ -49,7 +49,7 @@ def _among(value: int, chosen: IntArray, count: int) -> bool:
     return found
 
 
-@compiled
+@inlined
 def _joint(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
     met: IntArray, f: Array,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import NO_TAU
 from gm_ompl.mechanics.stability import cut, fill, run_pass
@@ -176,7 +176,7 @@ def add_cut(
     return True
 
 
-@compiled
+@inlined
 def try_command(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, j: int,
     cuts: Cuts, commands: Array, work: Work,

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.sides import SIDES, drift, move_tau, refactor, start
 from gm_ompl.mechanics.simplex import (
     EXCEEDED,
@@ -138,7 +138,7 @@ def run_pass(
     return end, direction, tau
 
 
-@compiled
+@inlined
 def position_margin(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, exact: bool,
     y: Array,

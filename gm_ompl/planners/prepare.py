@@ -1,9 +1,9 @@
 """Compiling on two cores where nothing is compiled yet.
 
 A process compiles one function at a time. So another one compiles what the mode decision calls at
-its edges and what lanes and routes need, and keeps it on disk; this one meanwhile compiles the
-simplex and then the decision, which takes the other's work from there. The calls below compute
-next to nothing: they are there for the types of their arguments.
+its edges and what lanes need, and keeps it on disk; this one meanwhile compiles the simplex, what
+hubs and routes need, and then the decision, which takes the other's work from there. The calls
+below compute next to nothing: they are there for the types of their arguments.
 """
 
 from __future__ import annotations
@@ -17,12 +17,22 @@ from typing import Final
 import numpy as np
 
 from gm_ompl import clock, compilation
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.graph import hub_bounds, lane_bounds
-from gm_ompl.mechanics import internal_force, kelley, master, modes, stability
+from gm_ompl.mechanics import (
+    internal_force,
+    kelley,
+    master,
+    modes,
+    sides,
+    simplex,
+    stability,
+    tableau,
+)
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
-from gm_ompl.mechanics.cuts import CutPool
+from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
 from gm_ompl.problem import Problem
 from gm_ompl.sampling import screening
@@ -57,16 +67,35 @@ def prepare(problem: Problem) -> None:
 
 
 def decision() -> None:
-    """Compile the mode decision, its simplex first."""
-    y = np.zeros(6)
-    stability.position_margin(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, 0.0, True, y)
-    decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), y)
+    """Compile the mode decision, its simplex first; what else is to be done here between them."""
+    _, T, d, basis = _tableau()
+    m, N = len(T), T.shape[1] - len(T) - sides.SIDES
+    simplex.search_directions(
+        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, False, np.zeros(m)
+    )
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
+    hubs_and_routes()
+    decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
+
+
+def _tableau() -> tuple[Array, Array, Array, IntArray]:
+    """Return raw columns, tableau, reduced costs and basis of one finger, right-hand sides 0."""
+    m, N = 7, 2 + TIPS.shape[1] + 1
+    T, d = np.zeros((m, N + m + sides.SIDES)), np.zeros(N + m + sides.SIDES)
+    T[:, N : N + m] = np.eye(m)
+    d[0] = 1.0
+    return np.ones((m, N)), T, d, np.arange(N, N + m)
 
 
 def edges() -> None:
-    """Compile what the mode decision calls beside the simplex, the largest first."""
+    """Compile what the mode decision calls beside the simplex, what is needed first first."""
     f, y, force, one = np.zeros(1), LOAD.copy(), np.ones(1, dtype=np.bool_), np.ones(1)
+    raw, T, d, basis = _tableau()
+    m, N = raw.shape
+    cost = stability.fill(ENV, LOAD, TIPS, F_MAX, force, f, raw)
+    sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
+    sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
+    sides.drift(raw, T, basis, m, N)
     modes.passing_sets(ENV, TIPS, -1, np.empty(2, dtype=np.int64))
     internal_force.excessive(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))))
     joint_margin(
@@ -83,29 +112,44 @@ def edges() -> None:
     modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
 
 
-def lanes() -> None:
-    """Compile what lanes, hubs and routes need: one finger, two placements, two nodes."""
-    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
-    pool.add(0, LOAD, LOAD)
-    pool.bound(0, rows)
+def _lane_tables(pool: CutPool) -> tuple[lane_bounds.LaneTables, CutTables]:
+    """Return what one finger at two placements and two nodes needs; no cuts."""
+    pool.reserve(1)
     yes, none = np.ones((1, 2, 1), dtype=np.bool_), np.zeros((1, 1), dtype=np.int64)
     tables = lane_bounds.LaneTables(
         none, none, np.ones((1, 2, 1, 1)), yes, np.ones((1, 2, 2), dtype=np.bool_),
-        np.ones(2, dtype=np.bool_), rows - 1, np.zeros((1, 2, 2)), np.zeros(2), 0.0, 0.0, 0.0,
+        np.ones(2, dtype=np.bool_), none[0] - 1, np.zeros((1, 2, 2)), np.zeros(2), 0.0, 0.0, 0.0,
     )  # fmt: skip
-    z, costs, d, V = np.ones((2, 1, 1)), np.ones((2, 1)), np.ones(2), np.ones((1, 2))
-    lane_bounds.lane_keys(none, none, V, 0, tables, pool.tables, np.empty(1))
-    lane_bounds.refresh(rows, tables, pool.tables, z.copy(), z, costs, d)
+    return tables, pool.tables
+
+
+def lanes() -> None:
+    """Compile what lanes need."""
+    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
+    pool.add(0, LOAD, LOAD)
+    pool.bound(0, rows)
+    tables, cuts = _lane_tables(pool)
+    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
+    d, V = np.ones(2), np.ones((1, 2))
+    lane_bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
+    lane_bounds.lane_keys(none, none, V, 0, tables, cuts, np.empty(1))
     lane_bounds.hub_defaults(rows, tables, V)
     lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), 0.0)
-    lane_bounds.hub_rows(rows, 0, rows, rows, tables, pool.tables, V)
-    known, stable = z[None], np.ones((1, 2), dtype=np.bool_)
-    hub_bounds.bound_lanes(none, tables, pool.tables, rows, known, costs[None], d[None])
-    hub_bounds.lower_hubs(none, none, tables, costs[None], d[None], stable, V)
-    route = screening.RouteTables(none, yes, 0.0)
-    screening.reaches(none, 0, 0, route, pool.tables, rows)
-    screening.reaches_back(none, 0, 0, route, pool.tables, rows)
-    screening.stride_costs(none, z[:1], np.ones((1, 2, 1, 1)), 0.0, route, pool.tables, costs)
+    lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
+
+
+def hubs_and_routes() -> None:
+    """Compile what hubs and random routes need."""
+    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
+    tables, cuts = _lane_tables(pool)
+    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
+    d, V, stable = np.ones((1, 2)), np.ones((1, 2)), np.ones((1, 2), dtype=np.bool_)
+    hub_bounds.bound_lanes(none, tables, cuts, rows, z[None], costs[None], d)
+    hub_bounds.lower_hubs(none, none, tables, costs[None], d, stable, V)
+    route = screening.RouteTables(none, tables.free, 0.0)
+    screening.reaches(none, 0, 0, route, cuts, rows)
+    screening.reaches_back(none, 0, 0, route, cuts, rows)
+    screening.stride_costs(none, z[:1], np.ones((1, 2, 1, 1)), 0.0, route, cuts, costs)
 
 
 if __name__ == "__main__":
