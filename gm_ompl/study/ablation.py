@@ -50,7 +50,7 @@ def scaling() -> Iterator[str]:
     """Yield the table of time and memory, with exponents from straight lines in log-log."""
     head = (
         "scenario", "varied", "value", "nodes", "ends", "expanded", "mode decisions", "CPU s",
-        "MiB",
+        "us a node", "MiB",
     )  # fmt: skip
     rows: list[tuple[object, ...]] = []
     for scenario in SCALED:
@@ -59,7 +59,8 @@ def scaling() -> Iterator[str]:
             rows += [
                 (
                     scenario, axis, x, number(found.nodes), ending(found), number(found.expanded),
-                    number(found.decisions), number(found.seconds), number(found.megabytes),
+                    number(found.decisions), number(found.seconds),
+                    number(1e6 * found.seconds / found.nodes), number(found.megabytes),
                 )
                 for x, found in points
             ]  # fmt: skip
@@ -67,8 +68,8 @@ def scaling() -> Iterator[str]:
                 what: f"{slope(points, what):.2f}"
                 for what in ("nodes", "expanded", "decisions", "seconds", "megabytes")
             }
-            nodes, *others = exponents.values()
-            rows.append((scenario, f"{axis}: exponent", "", nodes, "", *others))
+            nodes, *others, memory = exponents.values()
+            rows.append((scenario, f"{axis}: exponent", "", nodes, "", *others, "", memory))
             yield table(head, rows)
 
 
