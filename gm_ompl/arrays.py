@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TypeAlias, TypeGuard
 
@@ -37,7 +36,7 @@ def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Arra
     for have, want in zip(array.shape, shape, strict=True):
         if want is not None and have != want:
             raise ShapeError(name, array.shape, tuple(shape))
-    if not _is_finite(array):
+    if not np.isfinite(array).all():
         raise ShapeError(name, array.shape, tuple(shape), "an entry is NaN or infinite")
     array.flags.writeable = False
     return array
@@ -50,13 +49,6 @@ def _is_fixed(values: ArrayLike) -> TypeGuard[Array]:
         and not values.flags.writeable
         and values.dtype == np.float64
     )
-
-
-def _is_finite(array: Array) -> bool:
-    """Whether no entry is NaN or infinite."""
-    flat = array.reshape(-1)
-    # One cheap product settles it, unless entries beyond 1e154 make it overflow.
-    return math.isfinite(flat.dot(flat)) or bool(np.isfinite(array).all())
 
 
 def unit(vector: ArrayLike) -> Array:

@@ -112,6 +112,10 @@ def compiled(function: _Function) -> _Function:
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile ``function`` into each of its callers: for what is called in the innermost loops."""
+    """Compile ``function`` into each of its callers.
+
+    For what is called in the innermost loops; and for large functions with one caller, since a
+    compiled callee's code is optimised anew within each caller.
+    """
     typed: _Function = numba.njit(inline="always", nogil=True, **_ARITHMETIC)(function)
     return typed

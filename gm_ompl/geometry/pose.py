@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, read_only
+from gm_ompl.arrays import Array, read_only, unit
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
     """Return the 3x3 rotation by ``angle`` [rad] about ``axis`` (Rodrigues' formula)."""
-    x, y, z = np.asarray(axis, dtype=np.float64) / np.linalg.norm(axis)
-    by = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    by = _turning(unit(axis)).T
     rotation: Array = np.eye(3) + np.sin(angle) * by + (1.0 - np.cos(angle)) * (by @ by)
     return rotation
 
