@@ -57,6 +57,25 @@ else:
     numba.config.CACHE_DIR = str(CACHE)
 
 
+def _load_without_blas() -> None:
+    """Load numba's array functions without SciPy's linear algebra, a tenth of a first plan.
+
+    They load it only to see whether it is there. It is (SciPy is required), and a function that
+    multiplies matrices loads it when it is compiled.
+    """
+    from numba.np import linalg
+
+    asks = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        linalg.ensure_blas = asks
+
+
+_load_without_blas()
+
+
 def is_compiled() -> bool:
     """Whether machine code of an earlier run is there to be loaded."""
     return CACHE is not None and any(CACHE.rglob("*.nbi"))

@@ -89,14 +89,35 @@ class HubBounds:
     """
 
     def __init__(self, sets: IntArray, groups: Groups, placements: int, lanes: LaneTables) -> None:
-        self._lanes, self._groups, self._base = lanes, groups, placements + 1
+        self._tables, self._groups, self._base = lanes, groups, placements + 1
         self._sets = sets
-        self._codes, flat = np.unique(self._hub_codes(sets), return_inverse=True)
+        self._codes, first, flat = np.unique(
+            self._hub_codes(sets), return_index=True, return_inverse=True
+        )
         self._ids = np.ascontiguousarray(flat.reshape(sets.shape).astype(np.int64))
-        self._index = {int(code): i for i, code in enumerate(self._codes)}
-        self._rows = {row.tobytes(): i for i, row in enumerate(sets)}
+        self._index = {code: i for i, code in enumerate(self._codes.tolist())}
         self._stable = np.ones((len(self._codes), len(lanes.goal)), dtype=bool)
-        self.V = np.zeros(self._stable.shape)
+        self.V = self._geometric(*np.divmod(first, sets.shape[1]))
+
+    def _geometric(self, lane: IntArray, slot: IntArray) -> Array:
+        """Return V as geometry alone bounds it, as ``hub_defaults`` does.
+
+        Args:
+            lane: (hubs,), a lane of each.
+            slot: (hubs,), the finger lifted there.
+        """
+        lanes = self._tables
+        V = np.tile(lanes.least, (len(lane), 1))
+        for i, ahead in enumerate(lanes.ahead):
+            stays = slot != i
+            V[stays] = np.maximum(V[stays], ahead[self._sets[lane[stays], i]])
+        bounds: Array = np.minimum(V, lanes.X_regr + lanes.least)
+        return bounds
+
+    @property
+    def lanes(self) -> int:
+        """Number of lanes."""
+        return len(self._sets)
 
     def _hub_codes(self, sets: IntArray) -> IntArray:
         """Return a number per lane and slot (L, n), equal where the hub is the same."""
@@ -148,24 +169,25 @@ class HubBounds:
         """
         for hub, fails in unstable:
             self._stable[self._number(hub)] &= ~fails
-        N, P = self._lanes.forward.shape
+        N, P = self._tables.forward.shape
         known = np.full((1 + len(decided), 2, N, P), np.inf)
         places = np.zeros(len(self._sets), dtype=np.int64)
+        rows = {placements: i for i, placements in enumerate(map(tuple, self._sets.tolist()))}
         for place, (placements, margins) in enumerate(decided.items(), start=1):
             known[place] = margins
-            places[self._rows[np.array(placements, dtype=np.int64).tobytes()]] = place
+            places[rows[placements]] = place
         costs, d = np.empty((len(places), 2, N)), np.empty((len(places), N + 1))
 
         def work(part: slice) -> None:
             bound_lanes(
-                self._sets[part], self._lanes, cuts, places[part], known, costs[part], d[part]
+                self._sets[part], self._tables, cuts, places[part], known, costs[part], d[part]
             )
 
         cuts_at = np.linspace(0, len(places), THREADS + 1).astype(int)
         with ThreadPoolExecutor(THREADS) as pool:
             list(pool.map(work, map(slice, cuts_at, cuts_at[1:])))
         V = np.full_like(self.V, np.inf)
-        while lower_hubs(self._sets, self._ids, self._lanes, costs, d, self._stable, V):
+        while lower_hubs(self._sets, self._ids, self._tables, costs, d, self._stable, V):
             pass
         before, self.V = self.V, np.maximum(self.V, V)
         return bool(np.any(before < self.V))

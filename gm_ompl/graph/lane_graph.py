@@ -36,7 +36,7 @@ class LaneGraph:
     Attributes:
         tables: what all lanes share.
         sets: canonical sets of placements.
-        bounds: of all hubs, once a sweep was made.
+        bounds: of all hubs; None where they are too many.
 
     Raises:
         Stopped: ``stop`` said so while the tables were made.
@@ -52,8 +52,23 @@ class LaneGraph:
         self._lanes_of: dict[Placements, list[Lane]] = {}
         self.tables = lane_tables(problem, judge, backend, stop)
         self.sets = PlacementSets(problem.fingers.groups())
-        self.bounds: HubBounds | None = None
-        self._all_sets: IntArray | None = None
+        self.bounds = self._hub_bounds()
+        self._hubs_risen = 0
+
+    def _hub_bounds(self) -> HubBounds | None:
+        """Return bounds of all hubs; None where there are too many lanes to hold them."""
+        hand, tables = self._problem.fingers, self.tables
+        anywhere = tuple(row.any(axis=1) for row in tables.node_free)
+        most = MOST_SWEPT // len(tables.goal)
+        sets = placement_sets(hand.groups(), anywhere, self._judge.clear, most)
+        if sets is None or not len(sets):
+            return None
+        return HubBounds(sets, hand.groups(), len(hand.placements), tables)
+
+    @property
+    def version(self) -> int:
+        """Grows with whatever may raise keys: cuts, and bounds of hubs."""
+        return self._backend.pool.version + self._hubs_risen
 
     @property
     def lanes_met(self) -> int:
@@ -126,12 +141,16 @@ class LaneGraph:
         tables = self.tables
         best = hub.table.min(axis=0, initial=np.inf)
         hub.value = np.minimum(best, tables.X_regr + tables.least)
-        if self.bounds is not None:
-            hub.value = np.maximum(hub.value, self.bounds.row(hub.placements))
+        bounds = None if self.bounds is None else self.bounds.row(hub.placements)
+        if bounds is not None:
+            hub.value = np.maximum(hub.value, bounds)
         hub.value[hub.stable == 0] = np.inf
         for k, row in enumerate(hub.placements):
             if row != LIFTED:
                 hub.value[~tables.node_free[k, row]] = np.inf
+        if bounds is not None and np.any(hub.value > bounds):
+            bounds[:] = hub.value  # keys of all lanes rest on them
+            self._hubs_risen += 1
 
     def learn(self, hub: Hub, index: int, lane: Lane) -> None:
         """Take a lane's bounds into a hub's table."""
@@ -201,25 +220,14 @@ class LaneGraph:
 
     def sweep_price(self) -> float:
         """Return what a sweep costs, in lanes treated one by one; +inf where it is too large."""
-        if self._all_sets is None:
-            hand, judge = self._problem.fingers, self._judge
-            anywhere = tuple(row.any(axis=1) for row in self.tables.node_free)
-            most = MOST_SWEPT // len(self.tables.goal)
-            sets = placement_sets(hand.groups(), anywhere, judge.clear, most)
-            self._all_sets = np.empty((0, hand.count), dtype=np.int64) if sets is None else sets
-        if not len(self._all_sets):
+        if self.bounds is None:
             return math.inf
         per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * 2 * self.tables.forward.size
-        return len(self._all_sets) * per_lane
+        return self.bounds.lanes * per_lane
 
     def sweep(self) -> bool:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
-        assert self._all_sets is not None, "sweep_price was not asked"
-        if self.bounds is None:
-            hand = self._problem.fingers
-            self.bounds = HubBounds(
-                self._all_sets, hand.groups(), len(hand.placements), self.tables
-            )
+        assert self.bounds is not None, "sweep_price is infinite"
         decided = {
             placements: lane.known
             for placements, lane in self._lanes.items()
@@ -229,6 +237,7 @@ class LaneGraph:
         gained = self.bounds.sweep(self._backend.pool.tables, decided, unstable)
         for hub in self._hubs.values():
             self._revalue(hub)
+        self._hubs_risen += 1
         return gained
 
     def judge_rest(self, hub: Hub, config: int) -> bool:

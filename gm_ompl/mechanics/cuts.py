@@ -11,36 +11,45 @@ then refutes most other sets.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 
-PER_STATE = 128
+BLOCK = 8
+"""Cuts of one contact state that lie side by side in memory: one cache line per placement."""
+
+PER_STATE = 16 * BLOCK
 """Cuts kept per contact state; then the oldest goes."""
 
+MOST_WAITING = 256
+"""Cuts that may wait to be written: together they take half the time."""
 
-@compiled
-def write_cut(
-    q: Array, y: Array, L: Array, columns: Array, f_max: Array, alike: IntArray, terms: Array
-) -> float:
-    """Write T_i(g) / h_P(y), (n, P), for all fingers and placements; return c / h_P(y).
 
-    Args:
-        q: (6,), the load.
-        y: (6,).
-        L: (76, 6), the directions.
-        columns: (n, s, 6, P), the fingers' columns for unit normal force.
-        f_max: (n,).
-        alike: (n,), per finger the first one with the same columns and f_max.
-        terms: output.
+class CutTables(NamedTuple):
+    """The cuts of all contact states, as compiled code reads them.
 
-    Returns:
-        NaN where y is no cut: h_P(y) is not positive.
+    Attributes:
+        members: (states, PER_STATE / BLOCK), per contact state the numbers of its blocks.
+        counts: (states,), how many cuts there are.
+        constants: (blocks, BLOCK), c over h_P(y); +inf where there is no cut.
+        terms: (blocks, n, P, BLOCK), T over h_P(y).
     """
+
+    members: IntArray
+    counts: IntArray
+    constants: Array
+    terms: Array
+
+
+@inlined
+def write_cut(
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, alike: IntArray, row: Array,
+    terms: Array,
+) -> float:  # fmt: skip
+    """Write T_i(g) / h_P(y), (n, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
     reach, constant = 0.0, 0.0
     for i in range(len(L)):
@@ -49,7 +58,7 @@ def write_cut(
             dot += L[i, t] * y[t]
         reach = max(reach, dot)
     if not reach > 0.0:
-        return np.nan
+        return np.inf
     for t in range(6):
         constant += q[t] * y[t]
     y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
@@ -59,7 +68,7 @@ def write_cut(
                 terms[i, g] = terms[alike[i], g]
             continue
         for g in range(P):
-            terms[i, g] = 0.0
+            row[g] = 0.0
         for k in range(s):
             a = columns[i, k]
             # Innermost over placements, which lie side by side in memory.
@@ -67,38 +76,52 @@ def write_cut(
                 dot = (a[0, g] * y0 + a[1, g] * y1 + a[2, g] * y2) + (
                     a[3, g] * y3 + a[4, g] * y4 + a[5, g] * y5
                 )
-                terms[i, g] = max(terms[i, g], dot)
+                row[g] = max(row[g], dot)
         for g in range(P):
-            terms[i, g] *= f_max[i] / reach
+            terms[i, g] = row[g] * f_max[i] / reach
     return constant / reach
 
 
-class CutTables(NamedTuple):
-    """The cuts of all contact states, as compiled code reads them.
+@compiled
+def write_cuts(
+    Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array, alike: IntArray,
+    constants: Array, terms: Array,
+) -> None:  # fmt: skip
+    """Write cuts: c / h_P(y), and T_i(g) / h_P(y) for all fingers and placements.
 
-    Attributes:
-        members: (states, PER_STATE), per contact state the numbers of its cuts.
-        counts: (states,), how many there are.
-        constants: (cuts,), c over h_P(y).
-        terms: (cuts, n, P), T over h_P(y).
+    Args:
+        Q: (K, 6), the load of each.
+        Y: (K, 6), y of each.
+        places: (K, 2), block and place in it of each.
+        L: (76, 6), the directions.
+        columns: (n, s, 6, P), the fingers' columns for unit normal force.
+        f_max: (n,).
+        alike: (n,), per finger the first one with the same columns and f_max.
+        constants: output (blocks, BLOCK); +inf where y is no cut: h_P(y) is not positive.
+        terms: output (blocks, n, P, BLOCK).
     """
-
-    members: IntArray
-    counts: IntArray
-    constants: Array
-    terms: Array
+    row = np.empty(columns.shape[3])
+    for k in range(len(places)):
+        b, at = places[k]
+        constants[b, at] = write_cut(
+            Q[k], Y[k], L, columns, f_max, alike, row, terms[b, :, :, at]
+        )
 
 
 @compiled
 def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
     """Return the least bound on z that a state's cuts give for one set of placements."""
     best = np.inf
-    for m in range(cuts.counts[state]):
-        j = cuts.members[state, m]
-        z = cuts.constants[j]
+    for m in range((cuts.counts[state] + BLOCK - 1) // BLOCK):
+        block = cuts.members[state, m]
+        c = cuts.constants[block]
+        z0, z1, z2, z3, z4, z5, z6, z7 = c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]
         for i in range(len(rows)):
-            z += cuts.terms[j, i, rows[i]]
-        best = min(best, z)
+            t = cuts.terms[block, i, rows[i]]
+            z0, z1, z2, z3 = z0 + t[0], z1 + t[1], z2 + t[2], z3 + t[3]
+            z4, z5, z6, z7 = z4 + t[4], z5 + t[5], z6 + t[6], z7 + t[7]
+        z0, z1, z2, z3 = min(z0, z4), min(z1, z5), min(z2, z6), min(z3, z7)
+        best = min(best, min(min(z0, z1), min(z2, z3)))
     return max(best, 0.0)
 
 
@@ -112,7 +135,6 @@ class CutPool:
         directions: (N, 6), the l_i.
 
     Attributes:
-        tables: the cuts; replaced by larger tables when full.
         version: grows with every cut.
     """
 
@@ -126,66 +148,89 @@ class CutPool:
 
     def clear(self) -> None:
         """Drop all cuts."""
-        self.tables = CutTables(
-            np.zeros((16, PER_STATE), dtype=np.int64),
+        self._tables = CutTables(
+            np.zeros((16, PER_STATE // BLOCK), dtype=np.int64),
             np.zeros(16, dtype=np.int64),
-            np.empty(64),
-            np.empty((64, *self._shape)),
+            np.empty((16, BLOCK)),
+            np.empty((16, *self._shape, BLOCK)),
         )
         self._added: dict[int, int] = {}
-        self._used = 0
+        self._waiting: list[tuple[int, Array, Array]] = []
+        self._blocks = 0
         self.version = 0
 
     def reserve(self, states: int) -> None:
         """Make room for contact states up to number ``states`` - 1."""
-        have = len(self.tables.counts)
+        have = len(self._tables.counts)
         if states > have:
             more = max(states, 2 * have) - have
-            rows = np.zeros((more, PER_STATE), dtype=np.int64)
-            self.tables = self.tables._replace(
-                members=np.concatenate([self.tables.members, rows]),
-                counts=np.concatenate([self.tables.counts, np.zeros(more, dtype=np.int64)]),
+            rows = np.zeros((more, PER_STATE // BLOCK), dtype=np.int64)
+            self._tables = self._tables._replace(
+                members=np.concatenate([self._tables.members, rows]),
+                counts=np.concatenate([self._tables.counts, np.zeros(more, dtype=np.int64)]),
             )
 
     def add(self, state: int, q: Array, y: Array) -> None:
         """Add the cut of ``y`` (6,), in the polar of the state's cone, under the load ``q``.
 
-        Nothing is added where ``y`` bounds nothing (zero, say).
+        It is written when ``tables`` are asked for, at the latest with the next hundreds. A ``y``
+        of zero bounds nothing, and is left out.
         """
-        self.reserve(state + 1)
-        added = self._added.get(state, 0)
-        place = added % PER_STATE
-        full = added >= PER_STATE
-        slot = int(self.tables.members[state, place]) if full else self._free_slot()
-        tables = self.tables
-        constant = write_cut(
-            q, y, self._directions, self._columns, self._f_max, self._alike, tables.terms[slot]
-        )
-        if math.isnan(constant):
-            return
-        if not full:
-            self._used += 1
-            tables.members[state, place] = slot
-            tables.counts[state] = added + 1
-        tables.constants[slot] = constant
-        self._added[state] = added + 1
+        self._waiting.append((state, q, y))
         self.version += 1
+        if len(self._waiting) >= MOST_WAITING:
+            self._write()
+
+    @property
+    def tables(self) -> CutTables:
+        """The cuts; replaced by larger tables when full."""
+        if self._waiting:
+            self._write()
+        return self._tables
+
+    def _write(self) -> None:
+        cuts = [cut for cut in self._waiting if cut[2].any()]
+        self._waiting.clear()
+        if not cuts:
+            return
+        states, Q, Y = zip(*cuts, strict=True)
+        self.reserve(1 + max(states))
+        places = np.array([self._place(state) for state in states])
+        write_cuts(
+            np.array(Q), np.array(Y), places, self._directions, self._columns, self._f_max,
+            self._alike, self._tables.constants, self._tables.terms,
+        )  # fmt: skip
+
+    def _place(self, state: int) -> tuple[int, int]:
+        """Return where the next cut of a state goes: its oldest one's place, if it has so many."""
+        added = self._added.get(state, 0)
+        self._added[state] = added + 1
+        row, place = divmod(added % PER_STATE, BLOCK)
+        if added < PER_STATE:
+            if place == 0:
+                self._tables.members[state, row] = self._free_block()
+            self._tables.counts[state] = added + 1
+        return int(self._tables.members[state, row]), place
 
     def _same(self, i: int, j: int) -> bool:
         same = self._f_max[i] == self._f_max[j]
         return bool(same) and np.array_equal(self._columns[i], self._columns[j])
 
-    def _free_slot(self) -> int:
-        constants, terms = self.tables.constants, self.tables.terms
-        if self._used == len(constants):
-            self.tables = self.tables._replace(
+    def _free_block(self) -> int:
+        constants, terms = self._tables.constants, self._tables.terms
+        if self._blocks == len(constants):
+            self._tables = self._tables._replace(
                 constants=np.concatenate([constants, np.empty_like(constants)]),
                 terms=np.concatenate([terms, np.empty_like(terms)]),
             )
-        return self._used
+        block, self._blocks = self._blocks, self._blocks + 1
+        self._tables.constants[block] = np.inf
+        self._tables.terms[block] = 0.0
+        return block
 
     def bound(self, state: int, rows: IntArray) -> float:
         """Return an upper bound on z (over force_scale) for all fingers at ``rows`` (n,)."""
-        if state >= len(self.tables.counts):
+        tables = self.tables
+        if state >= len(tables.counts):
             return float("inf")
-        return float(state_bound(state, rows, self.tables))
+        return float(state_bound(state, rows, tables))

@@ -21,7 +21,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.planners.lane_sources import Source
+from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.planner import Meter, Status
 from gm_ompl.planners.trace import Expansion, Trace
 from gm_ompl.problem import Placements
@@ -30,7 +30,10 @@ SAME: Final = 1e-12
 """Relative difference below which two costs are one."""
 
 FIRST_SWEEP: Final = 1000.0
-"""Stale keys met before a sweep over all lanes is considered."""
+"""Lanes treated in vain before a sweep over all lanes is considered."""
+
+RENEWED: Final = 0.05
+"""Cost of renewing a start set's key among others, in units of treating one lane: measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +66,7 @@ class Choices:
     next: int = 0
 
 
-Waiting: TypeAlias = Entry | Choices | Source
+Waiting: TypeAlias = Entry | Choices
 
 
 @final
@@ -80,7 +83,7 @@ class LaneSearch:
     def __init__(
         self,
         graph: LaneGraph,
-        source: Source,
+        source: StartSets,
         start: int,
         meter: Meter,
         observe: Callable[[LaneSearch], None],
@@ -93,7 +96,7 @@ class LaneSearch:
         self._entered: dict[tuple[Placements, int], float] = {}
         self._best: tuple[Entry, int] | None = None
         self._next_event = 0.0
-        self._stale, self._patience = 0, FIRST_SWEEP
+        self._stale, self._patience = 0.0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
         self.history: list[tuple[float, float | None, float]] = []
@@ -117,9 +120,10 @@ class LaneSearch:
         return status
 
     def _run(self) -> Status:
-        self._push(self._source.key(), self._source)
-        while self._open:
-            f, _, waiting = heapq.heappop(self._open)
+        while True:
+            f = min(self._source.key(), self._open[0][0] if self._open else math.inf)
+            if f == math.inf:
+                break
             self.bound = max(self.bound, min(f, self.cost))
             if f >= self.cost:
                 return Status.SOLVED
@@ -127,34 +131,44 @@ class LaneSearch:
                 return Status.BUDGET
             if self._meter.elapsed() >= self._next_event:
                 self._event()
-            if isinstance(waiting, Entry):
-                self.expanded += 1
-                self._treat(f, waiting)
-            elif isinstance(waiting, Choices):
-                self._leave(waiting)
-            else:
-                self._emerge(f, waiting)
+            self._advance()
         if self._best is None:
             return Status.INFEASIBLE
         self.bound = self.cost  # nothing cheaper waits
         return Status.SOLVED
 
+    def _advance(self) -> None:
+        """Treat what comes first; among equals, what has been met before."""
+        if not self._open or self._source.key() < self._open[0][0]:
+            self._emerge()
+            return
+        f, _, waiting = heapq.heappop(self._open)
+        if isinstance(waiting, Entry):
+            self._treat(f, waiting)
+        else:
+            self._leave(waiting)
+
     def _push(self, f: float, waiting: Waiting) -> None:
-        if f < self.cost:
+        """Let an entry or choices wait; entries of start sets wait at their source."""
+        if isinstance(waiting, Entry) and waiting.parent is None:
+            self._source.put_back(f, waiting.placements)
+        elif f < self.cost:
             self._order += 1
             self.generated += 1
             heapq.heappush(self._open, (f, self._order, waiting))
 
-    def _emerge(self, f: float, source: Source) -> None:
-        """Take the next start set, if renewed bounds still put it here; the source waits on."""
-        if source.key() <= f:
-            key, placements = source.take()
-            self._push(key, Entry(placements, self._start, 0.0, None))
-        self._push(source.key(), source)
+    def _emerge(self) -> None:
+        """Treat the first start set, or renew the keys of several."""
+        if self._source.is_ready():
+            f, placements = self._source.take()
+            self._treat(f, Entry(placements, self._start, 0.0, None))
+        else:
+            self._wasted(RENEWED * self._source.renew())
 
     def _treat(self, f: float, entry: Entry) -> None:
         """Renew an entry's key; where it stands, judge the plan that it stands for."""
         graph = self._graph
+        self.expanded += 1
         lane = graph.lane(entry.placements)
         cost, node, hub = graph.target(lane, entry.config, entry.g)
         stale = entry.g + cost > f + SAME * f
@@ -162,26 +176,25 @@ class LaneSearch:
             why = "renewed" if stale else "judged"
             q = graph.coordinates(entry.config)
             self._trace(Expansion(q, entry.placements, entry.g, f, why))
+        if entry.parent is None:
+            self._source.judged(stale)
         if stale:
             self._push(entry.g + cost, entry)
-            self._wasted(entry)
+            self._wasted(1.0)
         elif hub is None:
             self._finish(lane, entry)
         else:
             self._enter(lane, entry, node, hub)
 
-    def _wasted(self, entry: Entry) -> None:
-        """Hear that a key had gone stale; where too many do, look further ahead from all hubs."""
-        if entry.parent is None:
-            self._source.wasted()
-        self._stale += 1
+    def _wasted(self, lanes: float) -> None:
+        """Hear that keys had gone stale; where too many do, look further ahead from all hubs."""
+        self._stale += lanes
         if self._stale < self._patience:
             return
         price = self._graph.sweep_price()
         if self._stale >= price:
             gained = self._graph.sweep()
-            self._source.renew()
-            self._stale = 0
+            self._stale = 0.0
             # Sweeps that raise nothing are made ever more rarely.
             price = price if gained else 2.0 * max(price, self._patience)
         self._patience = price

@@ -2,116 +2,156 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
-from typing import Protocol, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import IntArray
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import ordered_sets, placement_sets
 from gm_ompl.problem import Placements, Problem
 
-MOST_SETS = 2_000_000
-"""Start sets kept in one array; beyond, they are made one by one with weaker bounds."""
+MOST_SETS: Final = 2_000_000
+"""Start sets kept in one array; beyond, they are made one by one."""
 
-FIRST_REKEYING = 128
-"""Stale keys met before all keys are computed anew; doubles each time."""
+LARGEST_BLOCK: Final = 4096
+"""Sets whose keys are renewed in one compiled call at most."""
 
+UNRENEWED: Final = -1
+"""Stands for what a key rests on that geometry alone gave."""
 
-class Source(Protocol):
-    """Start sets, one at a time."""
-
-    def key(self) -> float:
-        """Return a lower bound on the cost of plans from the next set; +inf at the end."""
-
-    def take(self) -> tuple[float, Placements]:
-        """Return the next set with its bound."""
-
-    def wasted(self) -> None:
-        """Hear that a set's bound had gone stale when it was treated."""
-
-    def renew(self) -> None:
-        """Make the bounds of all sets that still wait as tight as they can be now."""
+Part: TypeAlias = tuple[Array, IntArray]
+"""Keys (L,), not decreasing, and sets (L, n)."""
 
 
 @final
-class SortedSets:
-    """All start sets in one array, sorted; sorted anew when cuts have made the bounds stale."""
+class StartSets:
+    """All start sets, those least likely to cost much first.
 
-    def __init__(self, sets: IntArray, start: int, graph: LaneGraph) -> None:
-        self._sets, self._start, self._graph = sets, start, graph
-        self._stale, self._patience = 0, FIRST_REKEYING
-        self._compute()
+    A set comes with a key that geometry alone gives. When it reaches the front, its key is renewed
+    by the cuts and hubs' bounds known then, together with those of the sets behind it: two, four,
+    eight, ... of them until the key in front is fresh, so that less than twice as many are renewed
+    as must be.
 
-    def _compute(self) -> None:
-        keys = self._graph.keys(self._sets, self._start)
-        hopeful = np.flatnonzero(np.isfinite(keys))
-        order = hopeful[np.argsort(keys[hopeful], kind="stable")]
-        self._sets, self._keys = np.ascontiguousarray(self._sets[order]), keys[order]
-        self._next = 0
+    Args:
+        parts: all sets, in increasing order of their keys.
+        start: the start node.
+        graph: renews keys.
+    """
 
-    def key(self) -> float:
-        """Return the bound of the next set."""
-        return float(self._keys[self._next]) if self._next < len(self._keys) else math.inf
+    def __init__(self, parts: Iterator[Part], start: int, graph: LaneGraph) -> None:
+        self._parts, self._start, self._graph = parts, start, graph
+        self._part = next(parts, None)
+        n = 0 if self._part is None else self._part[1].shape[1]
+        self._keep(np.empty(0), np.empty((0, n), dtype=np.int64), np.empty(0, dtype=np.int64))
+        self._block = 1
 
-    def take(self) -> tuple[float, Placements]:
-        """Return the next set with its bound."""
-        i = self._next
-        self._next += 1
-        return float(self._keys[i]), tuple(self._sets[i].tolist())
-
-    def wasted(self) -> None:
-        """Count; when too many were stale, renew the bounds of all sets that still wait."""
-        self._stale += 1
-        if self._stale >= self._patience:
-            self._patience *= 2
-            self.renew()
-
-    def renew(self) -> None:
-        """Renew the bounds of all sets that still wait."""
-        self._stale = 0
-        self._sets = np.ascontiguousarray(self._sets[self._next :])
-        self._compute()
-
-
-@final
-class OrderedSets:
-    """Start sets made on demand, for hands with more sets than memory holds."""
-
-    def __init__(self, sets: Iterator[tuple[float, Placements]]) -> None:
-        self._sets = sets
-        self._head = next(sets, None)
+    def _keep(self, keys: Array, rows: IntArray, versions: IntArray) -> None:
+        """Keep these sets, with room in front for those that are put back, and +inf behind."""
+        room = (LARGEST_BLOCK, 1)
+        self._keys = np.pad(keys, room, constant_values=np.inf)
+        self._rows = np.pad(rows, (room, (0, 0)))
+        self._versions = np.pad(versions, room)
+        self._next = LARGEST_BLOCK
 
     def key(self) -> float:
-        """Return the bound of the next set."""
-        return math.inf if self._head is None else self._head[0]
+        """Return a lower bound on the cost of plans from all sets that wait; +inf at the end."""
+        key = float(self._keys[self._next])
+        return key if self._part is None else min(key, float(self._part[0][0]))
+
+    def is_ready(self) -> bool:
+        """Whether the first set is to be taken: its key is fresh, or no other's has been stale."""
+        if self._block == 1:
+            return True
+        first = self._keys[self._next]
+        return bool(first == self.key() and self._versions[self._next] == self._graph.version)
 
     def take(self) -> tuple[float, Placements]:
-        """Return the next set with its bound."""
-        assert self._head is not None, "taken from an empty source"
-        head, self._head = self._head, next(self._sets, None)
-        return head
+        """Return the first set with its key."""
+        self._fill()
+        first, self._next = self._next, self._next + 1
+        return float(self._keys[first]), tuple(self._rows[first].tolist())
 
-    def wasted(self) -> None:
-        """Nothing to renew: bounds do not depend on cuts."""
+    def put_back(self, key: float, placements: Placements) -> None:
+        """Let a set that was taken wait again."""
+        if key == math.inf:
+            return
+        first, self._next = self._next, self._next - 1
+        last = first + int(np.searchsorted(self._keys[first:], key))
+        version = self._graph.version
+        for array in (self._keys, self._rows, self._versions):
+            array[first - 1 : last - 1] = array[first:last]
+        at = last - 1
+        self._keys[at], self._rows[at], self._versions[at] = key, placements, version
 
-    def renew(self) -> None:
-        """Nothing to renew."""
+    def judged(self, stale: bool) -> None:
+        """Hear whether the key of the set taken last was stale."""
+        self._block = max(2, self._block) if stale else 1
+
+    def renew(self) -> int:
+        """Renew the keys of the first sets, twice as many as before; return how many."""
+        self._fill()
+        end = min(self._next + self._block, len(self._keys) - 1)
+        part = slice(self._next, end)
+        rows = self._rows[part].copy()
+        keys = np.maximum(self._keys[part], self._graph.keys(rows, self._start))
+        self._next = end
+        order = np.argsort(keys, kind="stable")
+        order = order[: np.isfinite(keys).sum()]
+        self._insert(keys[order], rows[order])
+        self._block = min(2 * self._block, LARGEST_BLOCK)
+        return len(rows)
+
+    def _insert(self, keys: Array, rows: IntArray) -> None:
+        """Put sets with fresh, sorted keys in their places; as many at least were taken."""
+        if not len(keys):
+            return
+        behind, self._next = self._next, self._next - len(keys)
+        end = behind + int(np.searchsorted(self._keys[behind:], keys[-1]))
+        self._keys[self._next : behind], self._rows[self._next : behind] = keys, rows
+        self._versions[self._next : behind] = self._graph.version
+        order = self._next + np.argsort(self._keys[self._next : end], kind="stable")
+        for array in (self._keys, self._rows, self._versions):
+            array[self._next : end] = array[order]
+
+    def _fill(self) -> None:
+        """Take in the parts that may hold the first set."""
+        while self._part is not None and self._part[0][0] <= self._keys[self._next]:
+            keys, rows = self._part
+            wait = slice(self._next, -1)
+            keys = np.concatenate([self._keys[wait], keys])
+            order = np.argsort(keys, kind="stable")
+            versions = np.pad(self._versions[wait], (0, len(rows)), constant_values=UNRENEWED)
+            rows = np.concatenate([self._rows[wait], rows])
+            self._keep(keys[order], rows[order], versions[order])
+            self._part = next(self._parts, None)
 
 
-def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> Source:
+def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> StartSets:
     """Return the source of all valid sets at the start node."""
     tables = graph.tables
     geometry = judge.node(problem.lattice.coordinates(start))
     allowed = restricted(geometry.free, problem.fingers.start)
     groups = problem.fingers.groups()
-    sets = placement_sets(groups, allowed, judge.clear, MOST_SETS)
-    if sets is not None:
-        return SortedSets(sets, start, graph)
     onward = tables.X_regr + tables.least[start]
     keys = [np.minimum(tables.ahead[i, :, start], onward) for i in range(len(allowed))]
-    return OrderedSets(ordered_sets(groups, allowed, keys, judge.clear))
+    sets = placement_sets(groups, allowed, judge.clear, MOST_SETS)
+    if sets is None:
+        one_by_one = ordered_sets(groups, allowed, keys, judge.clear)
+        return StartSets(_parts(one_by_one), start, graph)
+    largest = np.max([key[sets[:, i]] for i, key in enumerate(keys)], axis=0)
+    order = np.argsort(largest, kind="stable")
+    order = order[: np.isfinite(largest).sum()]
+    whole = [(largest[order], sets[order])] if len(order) else []
+    return StartSets(iter(whole), start, graph)
+
+
+def _parts(sets: Iterator[tuple[float, Placements]]) -> Iterator[Part]:
+    while part := list(itertools.islice(sets, LARGEST_BLOCK)):
+        keys, rows = zip(*part, strict=True)
+        yield np.array(keys), np.array(rows, dtype=np.int64)

@@ -11,7 +11,7 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.sets import LIFTED, PlacementSets
-from gm_ompl.mechanics.cuts import CutTables
+from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 from gm_ompl.sampling.routes import Route
 from gm_ompl.sampling.screening import RouteTables, reaches, reaches_back, stride_costs
@@ -56,8 +56,8 @@ class LaneStore:
         return CutTables(
             np.zeros((0, 1), dtype=np.int64),
             np.zeros(0, dtype=np.int64),
-            np.zeros(0),
-            np.zeros((0, len(self._fingers), rows)),
+            np.zeros((0, BLOCK)),
+            np.zeros((0, len(self._fingers), rows, BLOCK)),
         )
 
     @property

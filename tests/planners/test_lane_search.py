@@ -58,7 +58,7 @@ def coarse(family: str, seed: int) -> Problem:
 def restless(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the search renew keys and sweep all lanes at almost every step."""
     monkeypatch.setattr(lane_search, "FIRST_SWEEP", 2.0)
-    monkeypatch.setattr(lane_sources, "FIRST_REKEYING", 2)
+    monkeypatch.setattr(lane_sources, "LARGEST_BLOCK", 3)
     monkeypatch.setattr(lane_graph, "SWEPT_PER_LANE", 1e-9)
     monkeypatch.setattr(lane_graph, "SWEPT_PER_SEGMENT", 1e-9)
 
