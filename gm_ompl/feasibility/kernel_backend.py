@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from concurrent.futures import ThreadPoolExecutor
 from typing import TypeAlias, final
 
 import numpy as np
@@ -12,6 +10,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
@@ -22,9 +21,6 @@ from gm_ompl.problem import Placements, Problem
 
 Key: TypeAlias = tuple[int, Placements, Placements]
 """Contact state, kinds of fingers, placements."""
-
-THREADS = 2
-"""A batch is shared out among so many threads: compiled code runs without the lock."""
 
 
 @final
@@ -158,17 +154,14 @@ class KernelBackend:
         first = np.cumsum([0, *(len(env) for env in self._env)])
         states = States(np.concatenate(self._env), first, np.stack(self._load))
         answers = unanswered(K, rows.shape[1])
-        ends = [K * part // THREADS for part in range(THREADS + 1)]
-        with ThreadPoolExecutor(THREADS) as threads:
-            parts = [
-                threads.submit(
-                    decide_rows, states, self._tips, self._f_max, DIRECTIONS, below / self.scale,
-                    which, rows, begin, end, answers,
-                )
-                for begin, end in itertools.pairwise(ends)
-            ]  # fmt: skip
-            for part in parts:
-                part.result()
+
+        def work(part: slice) -> None:
+            decide_rows(
+                states, self._tips, self._f_max, DIRECTIONS, below / self.scale, which, rows,
+                part.start, part.stop, answers,
+            )  # fmt: skip
+
+        share_out(work, K)
         return [self._answer(int(which[k]), answers, k) for k in range(K)]
 
     def _answer(self, environment: int, answers: Decisions, k: int) -> ModeDecision:

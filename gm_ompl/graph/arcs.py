@@ -100,6 +100,16 @@ class ObjectArcs:
             self._known[config] = known
         return known
 
+    def between(self, tail: int, head: int) -> ObjectArc:
+        """Return the arc between two neighbours that the object can take."""
+        known = self._known.get(tail)
+        if known is not None:
+            return known[head]
+        ways = dict(self._problem.lattice.neighbours(tail))
+        arc = self._make(tail, head, ways[head])
+        assert arc is not None, "the object cannot take it"
+        return arc
+
     def _make(self, tail: int, head: int, end: Coordinates) -> ObjectArc | None:
         judge, motion, P = self._judge, self._problem.motion, self._problem.cost.samples_per_arc
         start = self._problem.lattice.coordinates(tail)

@@ -98,7 +98,7 @@ def extract_moves(
             rest = graph.rest(config, before)
             moves.append(_regrasp(hand, track.q, before, after, rest, problem.cost.regrasp))
         else:
-            arc = graph.arcs_of_object.leaving(config)[end]
+            arc = graph.arcs_of_object.between(config, end)
             start = track.q
             track.advance(arc)
             decisions = graph.decisions(arc, after)

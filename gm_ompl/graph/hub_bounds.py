@@ -8,20 +8,18 @@ is made when a search has proved to be that hard.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
+from gm_ompl.cores import share_out
 from gm_ompl.graph.lane_bounds import SHORTER, LaneTables, refresh
-from gm_ompl.graph.sets import LIFTED, Groups
+from gm_ompl.graph.sets import LIFTED, Clearances, Groups, placement_sets
 from gm_ompl.mechanics.cuts import CutTables
 from gm_ompl.problem import Placements
-
-THREADS = 2
-"""Lanes are shared out among so many threads: compiled code runs without the lock."""
 
 
 @compiled
@@ -77,47 +75,73 @@ def lower_hubs(
     return fell
 
 
+def hub_sets(
+    groups: Groups, allowed: Sequence[BoolArray], clear: Clearances, most: int
+) -> list[tuple[int, IntArray]] | None:
+    """Return all hubs: per group the slot lifted there and the sets (H, n), 0 at that slot.
+
+    Of interchangeable fingers the last one is lifted. None where there are more than ``most``.
+    """
+    hubs: list[tuple[int, IntArray]] = []
+    for slot in (group[-1] for group in groups):
+        stay = [i for i in range(len(allowed)) if i != slot]
+        kept = (tuple(stay.index(i) for i in group if i != slot) for group in groups)
+        rest = placement_sets(
+            tuple(group for group in kept if group),
+            [allowed[i] for i in stay],
+            [[clear[i][j] for j in stay] for i in stay],
+            most,
+        )
+        if rest is None:
+            return None
+        hubs.append((slot, np.insert(rest, slot, 0, axis=1)))
+    return hubs if sum(len(sets) for _, sets in hubs) <= most else None
+
+
 @final
 class HubBounds:
     """The bounds of all hubs of a problem.
 
     Args:
-        sets: (L, n), all canonical sets.
+        hubs: all of them, as ``hub_sets`` has them.
         groups: the groups of interchangeable fingers.
         placements: number of placements.
         lanes: the tables.
+
+    Attributes:
+        V: (hubs, N + 1), the bounds; at first those of geometry.
     """
 
-    def __init__(self, sets: IntArray, groups: Groups, placements: int, lanes: LaneTables) -> None:
+    def __init__(
+        self,
+        hubs: list[tuple[int, IntArray]],
+        groups: Groups,
+        placements: int,
+        lanes: LaneTables,
+    ) -> None:
         self._tables, self._groups, self._base = lanes, groups, placements + 1
-        self._sets = sets
-        self._codes, first, flat = np.unique(
-            self._hub_codes(sets), return_index=True, return_inverse=True
-        )
-        self._ids = np.ascontiguousarray(flat.reshape(sets.shape).astype(np.int64))
+        codes, bounds = [], []
+        for slot, sets in hubs:
+            hub = sets + 1
+            hub[:, slot] = 0
+            codes.append(self._encode(hub))
+            bounds.append(self._geometric(slot, sets))
+        every = np.concatenate(codes)
+        order = np.argsort(every)
+        self._codes = every[order]
+        self.V: Array = np.ascontiguousarray(np.concatenate(bounds)[order])
         self._index = {code: i for i, code in enumerate(self._codes.tolist())}
-        self._stable = np.ones((len(self._codes), len(lanes.goal)), dtype=bool)
-        self.V = self._geometric(*np.divmod(first, sets.shape[1]))
+        self._stable = np.ones(self.V.shape, dtype=bool)
 
-    def _geometric(self, lane: IntArray, slot: IntArray) -> Array:
-        """Return V as geometry alone bounds it, as ``hub_defaults`` does.
-
-        Args:
-            lane: (hubs,), a lane of each.
-            slot: (hubs,), the finger lifted there.
-        """
+    def _geometric(self, slot: int, sets: IntArray) -> Array:
+        """Return V (H, N + 1) as geometry alone bounds it, as ``hub_defaults`` does."""
         lanes = self._tables
-        V = np.tile(lanes.least, (len(lane), 1))
+        V = np.tile(lanes.least, (len(sets), 1))
         for i, ahead in enumerate(lanes.ahead):
-            stays = slot != i
-            V[stays] = np.maximum(V[stays], ahead[self._sets[lane[stays], i]])
+            if i != slot:
+                V = np.maximum(V, ahead[sets[:, i]])
         bounds: Array = np.minimum(V, lanes.X_regr + lanes.least)
         return bounds
-
-    @property
-    def lanes(self) -> int:
-        """Number of lanes."""
-        return len(self._sets)
 
     def _hub_codes(self, sets: IntArray) -> IntArray:
         """Return a number per lane and slot (L, n), equal where the hub is the same."""
@@ -141,7 +165,9 @@ class HubBounds:
 
     def ids(self, sets: IntArray) -> IntArray:
         """Return the hubs' rows in ``V`` for sets (L, n), as (L, n)."""
-        return np.ascontiguousarray(np.searchsorted(self._codes, self._hub_codes(sets)))
+        rows = np.searchsorted(self._codes, self._hub_codes(sets))
+        # Of a set that is free nowhere, hubs are not known, and nobody asks for its bounds.
+        return np.ascontiguousarray(np.minimum(rows, len(self._codes) - 1))
 
     def row(self, hub: Placements) -> Array:
         """Return the bounds (N + 1,) of a hub, given by its canonical placements."""
@@ -156,6 +182,7 @@ class HubBounds:
 
     def sweep(
         self,
+        sets: IntArray,
         cuts: CutTables,
         decided: dict[Placements, Array],
         unstable: list[tuple[Placements, BoolArray]],
@@ -163,6 +190,7 @@ class HubBounds:
         """Renew all bounds; whether any rose.
 
         Args:
+            sets: (L, n), all canonical sets.
             cuts: the cuts.
             decided: margins (2, N, P) of the lanes of which some are decided.
             unstable: per hub of which something is known, where its rest does not hold (N + 1,).
@@ -171,23 +199,20 @@ class HubBounds:
             self._stable[self._number(hub)] &= ~fails
         N, P = self._tables.forward.shape
         known = np.full((1 + len(decided), 2, N, P), np.inf)
-        places = np.zeros(len(self._sets), dtype=np.int64)
-        rows = {placements: i for i, placements in enumerate(map(tuple, self._sets.tolist()))}
+        places = np.zeros(len(sets), dtype=np.int64)
+        ids = self.ids(sets)
+        rows = {placements: i for i, placements in enumerate(map(tuple, sets.tolist()))}
         for place, (placements, margins) in enumerate(decided.items(), start=1):
             known[place] = margins
             places[rows[placements]] = place
         costs, d = np.empty((len(places), 2, N)), np.empty((len(places), N + 1))
 
         def work(part: slice) -> None:
-            bound_lanes(
-                self._sets[part], self._tables, cuts, places[part], known, costs[part], d[part]
-            )
+            bound_lanes(sets[part], self._tables, cuts, places[part], known, costs[part], d[part])
 
-        cuts_at = np.linspace(0, len(places), THREADS + 1).astype(int)
-        with ThreadPoolExecutor(THREADS) as pool:
-            list(pool.map(work, map(slice, cuts_at, cuts_at[1:])))
+        share_out(work, len(places))
         V = np.full_like(self.V, np.inf)
-        while lower_hubs(self._sets, self._ids, self._tables, costs, d, self._stable, V):
+        while lower_hubs(sets, ids, self._tables, costs, d, self._stable, V):
             pass
         before, self.V = self.V, np.maximum(self.V, V)
         return bool(np.any(before < self.V))

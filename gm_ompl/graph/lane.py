@@ -35,7 +35,7 @@ class Lane:
         self.placements, self.hubs = placements, hubs
         self.rows = np.array(placements, dtype=np.int64)
         self.known = np.full((2, N, P), np.inf)
-        self.z = np.empty((2, N, P))
+        self.z = np.full((2, N, P), np.inf)
         self.costs, self.d = np.empty((2, N)), np.empty(N + 1)
         self.version = -1
 

@@ -7,16 +7,25 @@ those of backward arcs stand in the order of the forward ones.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 SHORTER = 1.0 - 1e-11
 """A hub counts as reached anew only by this factor: sums in another order are not progress."""
+
+UNASKED = -1
+"""Stands for a contact state that was not asked for yet: nothing bounds z there."""
+
+Memo: TypeAlias = tuple[int, float, float, float]
+"""What was computed last along a lane, as it repeats: a contact state and its bound on z, a margin
+and its factor of Eq. (9)."""
+
+NOTHING: Final[Memo] = (UNASKED, np.inf, np.nan, 1.0)
 
 
 class LaneTables(NamedTuple):
@@ -24,7 +33,7 @@ class LaneTables(NamedTuple):
 
     Attributes:
         forward: (N, P), contact states of the forward arcs' segments.
-        backward: (N, P), of the backward arcs'.
+        backward: (N, P), of the backward arcs', UNASKED where no search has come yet.
         lengths: (n, placements, N, P), chords |dq_finger i,j| of Eq. (9).
         free: (n, placements, N), whether object and fingertip are free along the arc.
         node_free: (n, placements, N + 1), likewise at the nodes.
@@ -51,68 +60,63 @@ class LaneTables(NamedTuple):
     X_regr: float
 
 
-@compiled
-def bounded_margins(
-    rows: IntArray, states: IntArray, cuts: CutTables, known: Array, z: Array
-) -> None:
-    """Write upper bounds on z per segment (N, P): what is known of it, else the state's cuts."""
-    before, bound = -1, np.inf
-    for i in range(states.shape[0]):
-        for j in range(states.shape[1]):
-            if states[i, j] != before:
-                before = states[i, j]
-                bound = state_bound(before, rows, cuts)
-            z[i, j] = min(bound, known[i, j])
+@inlined
+def arc_cost(
+    rows: IntArray, i: int, states: IntArray, known: Array, at: int, lanes: LaneTables,
+    cuts: CutTables, z: Array, factors: Array, memo: Memo,
+) -> tuple[float, Memo]:  # fmt: skip
+    """Return a lower bound on Eq. (9) for arc i of one way; +inf where it cannot hold.
 
-
-@compiled
-def arc_costs(rows: IntArray, z: Array, lanes: LaneTables, cost: Array) -> None:
-    """Write Eq. (9) per arc (N,) for margins z (N, P); +inf where the arc cannot hold."""
-    N, P = z.shape
-    factors, before, factor = np.empty(P), np.nan, 1.0
-    for i in range(N):
-        cost[i] = np.inf
-        holds = True
-        for k in range(len(rows)):
-            holds = holds and lanes.free[k, rows[k], i]
-        for j in range(P):
-            holds = holds and z[i, j] >= lanes.z_min
+    Args:
+        rows: (n,), the lane's placements.
+        i: the arc.
+        states: (N, P), contact states of that way.
+        known: (.., P), decided margins, +inf where undecided.
+        at: this arc's row of ``known`` and ``z``.
+        lanes: the tables.
+        cuts: the cuts.
+        z: output (.., P), upper bounds on the margins: what is known, else the least of the
+            state's cuts; left alone after the first that is below z_min.
+        factors: (P,), room to work in.
+        memo: what the arc before has left. It is returned with the cost.
+    """
+    before, bound, margin, factor = memo
+    free, lengths, z_min, X_stab = lanes.free, lanes.lengths, lanes.z_min, lanes.X_stab
+    P = states.shape[1]
+    most, holds = 0.0, True
+    for k in range(len(rows)):
+        holds = holds and free[k, rows[k], i]
+    for j in range(P):
         if not holds:
-            continue
-        for j in range(P):
-            if z[i, j] != before:  # margins repeat while the contact state does
-                before = z[i, j]
-                factor = 1.0 + lanes.X_stab / before if lanes.X_stab > 0.0 else 1.0
-            factors[j] = factor
-        most = 0.0
+            break
+        if states[i, j] != before:
+            before = states[i, j]
+            bound = np.inf if before == UNASKED else state_bound(before, rows, cuts)
+        least = min(bound, known[at, j])
+        holds = least >= z_min
+        z[at, j] = least
+        if least != margin:
+            margin = least
+            factor = 1.0 + X_stab / margin if X_stab > 0.0 else 1.0
+        factors[j] = factor
+    if holds:
         for k in range(len(rows)):
             travel = 0.0
             for j in range(P):
-                travel += factors[j] * lanes.lengths[k, rows[k], i, j]
+                travel += factors[j] * lengths[k, rows[k], i, j]
             most = max(most, travel)
-        cost[i] = most
+    return most if holds else np.inf, (before, bound, margin, factor)
 
 
-@compiled
-def costs_to_go(
-    rows: IntArray, forward: Array, backward: Array, lanes: LaneTables, d: Array
-) -> None:
-    """Write per node (N + 1,) the cost of reaching a goal node inside the lane."""
-    N = len(forward)
-    fits = True
-    for k in range(len(rows)):
-        fits = fits and (lanes.wanted[k] < 0 or lanes.wanted[k] == rows[k])
-    run = np.inf
-    for c in range(N, -1, -1):
-        run = 0.0 if lanes.goal[c] and fits else (run + forward[c] if c < N else np.inf)
-        d[c] = run
-    run = np.inf
-    for c in range(N + 1):
-        run = 0.0 if lanes.goal[c] and fits else (run + backward[c - 1] if c > 0 else np.inf)
-        d[c] = min(d[c], run)
+@inlined
+def ends_at(rows: IntArray, c: int, lanes: LaneTables) -> bool:
+    """Whether node c of a lane is a goal: wanted there, and free."""
+    ends = lanes.goal[c]
+    if ends:
         for k in range(len(rows)):
-            if not lanes.node_free[k, rows[k], c]:
-                d[c] = np.inf
+            fits = lanes.wanted[k] < 0 or lanes.wanted[k] == rows[k]
+            ends = ends and fits and lanes.node_free[k, rows[k], c]
+    return bool(ends)
 
 
 @compiled
@@ -127,15 +131,25 @@ def refresh(
         lanes: the tables.
         cuts: the cuts.
         known: (2, N, P), decided margins forward and backward, +inf where undecided.
-        z: output (2, N, P), upper bounds on the margins.
+        z: output (2, N, P), upper bounds on the margins of arcs that may hold.
         costs: output (2, N), lower bounds on Eq. (9).
         d: output (N + 1,), lower bounds on the cost to the goal inside the lane.
     """
-    bounded_margins(rows, lanes.forward, cuts, known[0], z[0])
-    arc_costs(rows, z[0], lanes, costs[0])
-    bounded_margins(rows, lanes.backward, cuts, known[1], z[1])
-    arc_costs(rows, z[1], lanes, costs[1])
-    costs_to_go(rows, costs[0], costs[1], lanes, d)
+    N, P = lanes.forward.shape
+    decided, margins, factors = known.reshape(2 * N, P), z.reshape(2 * N, P), np.empty(P)
+    memo = NOTHING
+    for way in range(2):
+        states = lanes.forward if way == 0 else lanes.backward
+        for i in range(N):
+            costs[way, i], memo = arc_cost(
+                rows, i, states, decided, way * N + i, lanes, cuts, margins, factors, memo
+            )
+    for c in range(N + 1):
+        d[c] = 0.0 if ends_at(rows, c, lanes) else np.inf
+    for c in range(N - 1, -1, -1):
+        d[c] = min(d[c], d[c + 1] + costs[0, c])
+    for c in range(1, N + 1):
+        d[c] = min(d[c], d[c - 1] + costs[1, c - 1])
 
 
 @compiled
@@ -176,17 +190,22 @@ def best_target(
     return best, node, slot
 
 
+@inlined
+def hub_default(rows: IntArray, k: int, c: int, lanes: LaneTables) -> float:
+    """Return the bound that geometry gives from the hub of slot k: those that stay travel on."""
+    through = lanes.least[c]
+    for i in range(len(rows)):
+        if i != k:
+            through = max(through, lanes.ahead[i, rows[i], c])
+    return float(min(through, lanes.X_regr + lanes.least[c]))
+
+
 @compiled
 def hub_defaults(rows: IntArray, lanes: LaneTables, V: Array) -> None:
-    """Write V (n, N + 1) as geometry alone bounds it: the fingers that stay travel to the goal."""
-    n = len(rows)
-    for t in range(V.shape[1]):
-        for k in range(n):
-            through = lanes.least[t]
-            for i in range(n):
-                if i != k:
-                    through = max(through, lanes.ahead[i, rows[i], t])
-            V[k, t] = min(through, lanes.X_regr + lanes.least[t])
+    """Write V (n, N + 1) as geometry alone bounds it."""
+    for k in range(V.shape[0]):
+        for c in range(V.shape[1]):
+            V[k, c] = hub_default(rows, k, c, lanes)
 
 
 @compiled
@@ -195,6 +214,8 @@ def lane_keys(
     keys: Array,
 ) -> None:  # fmt: skip
     """Write for many lanes a lower bound on the cost from node c to the goal.
+
+    As ``best_target`` for hubs not yet reached; arcs are looked at only where the way leads.
 
     Args:
         sets: (L, n), the lanes' placements.
@@ -207,24 +228,31 @@ def lane_keys(
         keys: output (L,).
     """
     N, P = lanes.forward.shape
-    n = sets.shape[1]
-    known, z = np.full((2, N, P), np.inf), np.empty((2, N, P))
-    costs, d = np.empty((2, N)), np.empty(N + 1)
-    here, G = np.empty((n, N + 1)), np.full((n, N + 1), np.inf)
-    costs[1] = np.inf
-    for i in range(sets.shape[0]):
-        if c > 0:
-            refresh(sets[i], lanes, cuts, known, z, costs, d)
-        else:  # nothing lies behind: backward arcs do not matter
-            bounded_margins(sets[i], lanes.forward, cuts, known[0], z[0])
-            arc_costs(sets[i], z[0], lanes, costs[0])
-            costs_to_go(sets[i], costs[0], costs[1], lanes, d)
-        if ids.shape[0] == 0:
-            hub_defaults(sets[i], lanes, here)
-        else:
-            for k in range(n):
-                here[k] = V[ids[i, k]]
-        keys[i] = best_target(c, 0.0, costs, d, here, G, lanes.X_regr)[0]
+    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    shared = len(ids) > 0
+    for m in range(sets.shape[0]):
+        rows, best, memo = sets[m], np.inf, NOTHING
+        for way in range(2):
+            states = lanes.forward if way == 0 else lanes.backward
+            travel, at = 0.0, c
+            while travel < best:
+                if way == 0 or at != c:
+                    if ends_at(rows, at, lanes):
+                        best = travel
+                    onward = np.inf
+                    for k in range(len(rows)):
+                        if shared:
+                            onward = min(onward, V[ids[m, k], at])
+                        else:
+                            onward = min(onward, hub_default(rows, k, at, lanes))
+                    best = min(best, travel + lanes.X_regr + onward)
+                if at == (N if way == 0 else 0):
+                    break
+                arc = at if way == 0 else at - 1
+                cost, memo = arc_cost(rows, arc, states, known, 0, lanes, cuts, z, factors, memo)
+                travel += cost
+                at += 1 if way == 0 else -1
+        keys[m] = best
 
 
 @compiled
@@ -244,8 +272,20 @@ def hub_rows(
         table: output (choices, N + 1).
     """
     N, P = lanes.forward.shape
-    known, z = np.full((2, N, P), np.inf), np.empty((2, N, P))
-    costs, full = np.empty((2, N)), rows.copy()
+    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    full = rows.copy()
     for index in which:
         full[slot] = choices[index]
-        refresh(full, lanes, cuts, known, z, costs, table[index])
+        d, memo = table[index], NOTHING
+        for c in range(N + 1):
+            d[c] = 0.0 if ends_at(full, c, lanes) else np.inf
+        for way in range(2):
+            states = lanes.forward if way == 0 else lanes.backward
+            for k in range(N):
+                arc = N - 1 - k if way == 0 else k
+                head, tail = (arc + 1, arc) if way == 0 else (arc, arc + 1)
+                if d[head] < d[tail]:  # else no cost of the arc matters
+                    cost, memo = arc_cost(
+                        full, arc, states, known, 0, lanes, cuts, z, factors, memo
+                    )
+                    d[tail] = min(d[tail], d[head] + cost)

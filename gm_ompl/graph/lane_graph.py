@@ -7,22 +7,29 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.decision import Outcome
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.hub_bounds import HubBounds
+from gm_ompl.graph.hub_bounds import HubBounds, hub_sets
 from gm_ompl.graph.lane import BLOCKED, Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
-from gm_ompl.graph.lanes import lane_tables
+from gm_ompl.graph.lanes import ask_backward, lane_tables
 from gm_ompl.graph.sets import LIFTED, PlacementSets, placement_sets
 from gm_ompl.graph.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
-MOST_SWEPT = 20_000_000
-"""Lanes times nodes that a sweep may treat (a sweep holds 24 bytes for each); beyond, hubs keep
-the bounds that geometry gives."""
+MOST_HELD = 20_000_000
+"""Hubs times nodes whose bounds are held, and lanes times nodes that a sweep may treat (it holds 24
+bytes for each); beyond, geometry alone bounds the cost from hubs."""
+
+WORTH_A_THREAD = 500
+"""Lanes whose keys take longer than it takes to start a thread."""
+
+MOST = 2**62
+"""Codes of hubs are whole numbers up to here."""
 
 SWEPT_PER_LANE = 0.03
 """Cost of a lane in a sweep, in units of treating one lane alone, and per segment: measured."""
@@ -53,22 +60,40 @@ class LaneGraph:
         self.tables = lane_tables(problem, judge, backend, stop)
         self.sets = PlacementSets(problem.fingers.groups())
         self.bounds = self._hub_bounds()
-        self._hubs_risen = 0
+        self._hubs_risen = self._states_asked = 0
+        self._sets_known: IntArray | None = None
 
     def _hub_bounds(self) -> HubBounds | None:
-        """Return bounds of all hubs; None where there are too many lanes to hold them."""
+        """Return bounds of all hubs; None where there are too many to hold them."""
         hand, tables = self._problem.fingers, self.tables
-        anywhere = tuple(row.any(axis=1) for row in tables.node_free)
-        most = MOST_SWEPT // len(tables.goal)
-        sets = placement_sets(hand.groups(), anywhere, self._judge.clear, most)
-        if sets is None or not len(sets):
+        most = MOST_HELD // len(tables.goal)
+        hubs = hub_sets(hand.groups(), self._anywhere(), self._judge.clear, most)
+        P = len(hand.placements)
+        if hubs is None or not any(len(sets) for _, sets in hubs) or (P + 1) ** hand.count > MOST:
             return None
-        return HubBounds(sets, hand.groups(), len(hand.placements), tables)
+        return HubBounds(hubs, hand.groups(), P, tables)
+
+    def _anywhere(self) -> list[BoolArray]:
+        """Return per finger the placements (P,) that are free at some node."""
+        return [row.any(axis=1) for row in self.tables.node_free]
+
+    def _every_set(self) -> IntArray:
+        """Return all sets (L, n); none where they are too many to sweep."""
+        if self._sets_known is None:
+            groups, most = self._problem.fingers.groups(), MOST_HELD // len(self.tables.goal)
+            sets = placement_sets(groups, self._anywhere(), self._judge.clear, most)
+            self._sets_known = np.empty((0, len(self._fingers)), np.int64) if sets is None else sets
+        return self._sets_known
 
     @property
     def version(self) -> int:
         """Grows with whatever may raise keys: cuts, and bounds of hubs."""
-        return self._backend.pool.version + self._hubs_risen
+        return self._facts + self._hubs_risen
+
+    @property
+    def _facts(self) -> int:
+        """Grows with whatever may tighten the bounds of lanes."""
+        return self._backend.pool.version + self._states_asked
 
     @property
     def lanes_met(self) -> int:
@@ -94,10 +119,10 @@ class LaneGraph:
 
     def renewed(self, lane: Lane, force: bool = False) -> Lane:
         """Return ``lane`` with its bounds renewed if cuts were added or ``force`` is set."""
-        pool = self._backend.pool
-        if force or lane.version != pool.version:
-            refresh(lane.rows, self.tables, pool.tables, lane.known, lane.z, lane.costs, lane.d)
-            lane.version = pool.version
+        if force or lane.version != self._facts:
+            cuts = self._backend.pool.tables
+            refresh(lane.rows, self.tables, cuts, lane.known, lane.z, lane.costs, lane.d)
+            lane.version = self._facts
         return lane
 
     @staticmethod
@@ -128,10 +153,9 @@ class LaneGraph:
             if pair is not None:
                 fits &= pair[:, row]
         hub = Hub(placements, fits, self.tables.node_free.shape[2])
-        every = np.arange(len(hub.choices))
-        pool = self._backend.pool
-        hub_rows(hub.rows, slot, hub.choices, every, self.tables, pool.tables, hub.table)
-        hub.versions[:] = pool.version
+        every, cuts = np.arange(len(hub.choices)), self._backend.pool.tables
+        hub_rows(hub.rows, slot, hub.choices, every, self.tables, cuts, hub.table)
+        hub.versions[:] = self._facts
         for lane in self._lanes_of.get(placements, ()):
             self._tell(hub, lane)
         self._revalue(hub)
@@ -160,11 +184,11 @@ class LaneGraph:
 
     def refined(self, hub: Hub, config: int) -> bool:
         """Renew the hub's bound at a node until it rests on a fresh row; whether it changed."""
-        pool, before, renewed = self._backend.pool, hub.value[config], False
+        before, renewed = hub.value[config], False
         while len(hub.choices):
             index = int(np.argmin(hub.table[:, config]))
             best = hub.table[index, config]
-            if best == np.inf or hub.versions[index] == pool.version:
+            if best == np.inf or hub.versions[index] == self._facts:
                 break
             if hub.versions[index] == -2:
                 d = self.lane(self.lane_of(hub, index)).d
@@ -172,9 +196,9 @@ class LaneGraph:
                     break
                 hub.table[index] = d
             else:
-                one = np.array([index])
-                hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, pool.tables, hub.table)
-                hub.versions[index] = pool.version
+                one, cuts = np.array([index]), self._backend.pool.tables
+                hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, cuts, hub.table)
+                hub.versions[index] = self._facts
             renewed = True
         if renewed:
             self._revalue(hub)
@@ -209,21 +233,26 @@ class LaneGraph:
 
     def keys(self, sets: IntArray, config: int) -> Array:
         """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
-        keys = np.empty(len(sets))
+        keys, bounds = np.empty(len(sets)), self.bounds
         cuts = self._backend.pool.tables
-        if self.bounds is None:
-            ids, V = np.empty((0, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
-        else:
-            ids, V = self.bounds.ids(sets), self.bounds.V
-        lane_keys(sets, ids, V, config, self.tables, cuts, keys)
+        ids, V = np.empty((0, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
+        if bounds is not None:
+            V = bounds.V
+
+        def work(part: slice) -> None:
+            some = ids if bounds is None else bounds.ids(sets[part])
+            lane_keys(sets[part], some, V, config, self.tables, cuts, keys[part])
+
+        share_out(work, len(sets), WORTH_A_THREAD)
         return keys
 
     def sweep_price(self) -> float:
         """Return what a sweep costs, in lanes treated one by one; +inf where it is too large."""
-        if self.bounds is None:
+        sets = self._every_set()
+        if self.bounds is None or not len(sets):
             return math.inf
         per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * 2 * self.tables.forward.size
-        return self.bounds.lanes * per_lane
+        return len(sets) * per_lane
 
     def sweep(self) -> bool:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
@@ -234,7 +263,8 @@ class LaneGraph:
             if np.isfinite(lane.known).any()
         }
         unstable = [(hub.placements, hub.stable == 0) for hub in self._hubs.values()]
-        gained = self.bounds.sweep(self._backend.pool.tables, decided, unstable)
+        cuts = self._backend.pool.tables
+        gained = self.bounds.sweep(self._every_set(), cuts, decided, unstable)
         for hub in self._hubs.values():
             self._revalue(hub)
         self._hubs_risen += 1
@@ -261,6 +291,9 @@ class LaneGraph:
         way = 0 if head >= tail else 1
         span = slice(min(tail, head), max(tail, head))
         states = (self.tables.forward, self.tables.backward)[way]
+        if way:
+            self._states_asked += ask_backward(self.tables, self._problem, self._judge, span)
+            self._backend.pool.reserve(1 + int(self.tables.backward.max()))
         undecided = np.argwhere(np.isinf(lane.known[way, span]))
         undecided[:, 0] += span.start
         # Smallest bound first; among equals from the far end, where paths tend to fail.

@@ -16,7 +16,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.cost import chords
 from gm_ompl.graph.goals import GoalNodes
-from gm_ompl.graph.lane_bounds import LaneTables
+from gm_ompl.graph.lane_bounds import UNASKED, LaneTables
 from gm_ompl.graph.watch import Stop, watched
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Problem
@@ -32,31 +32,27 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
     nodes = [lattice.coordinates(c) for c in range(lattice.size)]
     N = len(nodes) - 1
     arcs = list(itertools.pairwise(nodes))
-    fractions = [(j + 0.5) / P for j in range(P)]
-    middles = [[(a[0] + f * (b[0] - a[0]),) for f in fractions] for a, b in arcs]
+    middles = [_middles(a, b, P) for a, b in arcs]
     node_free = _free(judge, [[q] for q in nodes], stop)
     free = _free(judge, middles, stop) & node_free[:, :, :-1] & node_free[:, :, 1:]
     lengths = _lengths(problem, judge)
     goals = GoalNodes(problem)
     goal = np.zeros(N + 1, dtype=bool)
     goal[list(goals.nodes)] = True
-    states = [
-        np.array(
-            [
-                [judge.environment(q, (way * (b[0] - a[0]),)) for q in row]
-                for row, (a, b) in watched(zip(middles, arcs, strict=True), stop)
-            ],
-            dtype=np.int64,
-        ).reshape(N, P)
-        for way in (1.0, -1.0)
-    ]
+    forward = np.array(
+        [
+            [judge.environment(q, (b[0] - a[0],)) for q in row]
+            for row, (a, b) in watched(zip(middles, arcs, strict=True), stop)
+        ],
+        dtype=np.int64,
+    ).reshape(N, P)
     travel = lengths.sum(axis=3)
     # Each arc by whatever placement is shortest there: a plan that regrasps again may change.
     shortest = np.where(free, travel, np.inf).min(axis=1, keepdims=True, initial=np.inf)
     least = _ahead(shortest, np.isfinite(shortest), goal)[:, 0].max(axis=0)
     tables = LaneTables(
-        forward=states[0],
-        backward=states[1],
+        forward=forward,
+        backward=np.full((N, P), UNASKED),
         lengths=lengths,
         free=free,
         node_free=node_free,
@@ -68,8 +64,24 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
         X_stab=problem.cost.stability / backend.scale,
         X_regr=float(problem.cost.regrasp),
     )
-    backend.pool.reserve(1 + max(int(states[0].max(initial=0)), int(states[1].max(initial=0))))
+    backend.pool.reserve(1 + int(forward.max(initial=0)))
     return tables
+
+
+def ask_backward(tables: LaneTables, problem: Problem, judge: Judge, span: slice) -> int:
+    """Find contact states of backward arcs, which most searches hardly need; return of how many."""
+    backward, P = tables.backward, problem.cost.samples_per_arc
+    unasked = [i for i in range(span.start, span.stop) if backward[i, 0] == UNASKED]
+    for i in unasked:
+        tail, head = problem.lattice.coordinates(i + 1), problem.lattice.coordinates(i)
+        direction = (head[0] - tail[0],)
+        backward[i] = [judge.environment(q, direction) for q in _middles(head, tail, P)]
+    return len(unasked)
+
+
+def _middles(a: Coordinates, b: Coordinates, P: int) -> list[Coordinates]:
+    """Return the midpoints of the P segments from node ``a`` to the next."""
+    return [(a[0] + (j + 0.5) / P * (b[0] - a[0]),) for j in range(P)]
 
 
 def _free(judge: Judge, places: Sequence[Sequence[Coordinates]], stop: Stop) -> BoolArray:

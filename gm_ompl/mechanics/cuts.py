@@ -35,21 +35,22 @@ class CutTables(NamedTuple):
         members: (states, PER_STATE / BLOCK), per contact state the numbers of its blocks.
         counts: (states,), how many cuts there are.
         constants: (blocks, BLOCK), c over h_P(y); +inf where there is no cut.
-        terms: (blocks, n, P, BLOCK), T over h_P(y).
+        terms: (blocks, kinds, P, BLOCK), T over h_P(y).
+        kinds: (n,), per finger its kind: fingers with the same columns and f_max share terms.
     """
 
     members: IntArray
     counts: IntArray
     constants: Array
     terms: Array
+    kinds: IntArray
 
 
 @inlined
 def write_cut(
-    q: Array, y: Array, L: Array, columns: Array, f_max: Array, alike: IntArray, row: Array,
-    terms: Array,
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, terms: Array
 ) -> float:  # fmt: skip
-    """Write T_i(g) / h_P(y), (n, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
+    """Write T_i(g) / h_P(y), (kinds, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
     reach, constant = 0.0, 0.0
     for i in range(len(L)):
@@ -63,10 +64,6 @@ def write_cut(
         constant += q[t] * y[t]
     y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
     for i in range(n):
-        if alike[i] < i:
-            for g in range(P):
-                terms[i, g] = terms[alike[i], g]
-            continue
         for g in range(P):
             row[g] = 0.0
         for k in range(s):
@@ -84,42 +81,42 @@ def write_cut(
 
 @compiled
 def write_cuts(
-    Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array, alike: IntArray,
+    Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array,
     constants: Array, terms: Array,
 ) -> None:  # fmt: skip
-    """Write cuts: c / h_P(y), and T_i(g) / h_P(y) for all fingers and placements.
+    """Write cuts: c / h_P(y), and T_i(g) / h_P(y) for all kinds of fingers and placements.
 
     Args:
         Q: (K, 6), the load of each.
         Y: (K, 6), y of each.
         places: (K, 2), block and place in it of each.
         L: (76, 6), the directions.
-        columns: (n, s, 6, P), the fingers' columns for unit normal force.
-        f_max: (n,).
-        alike: (n,), per finger the first one with the same columns and f_max.
+        columns: (kinds, s, 6, P), the fingers' columns for unit normal force.
+        f_max: (kinds,).
         constants: output (blocks, BLOCK); +inf where y is no cut: h_P(y) is not positive.
-        terms: output (blocks, n, P, BLOCK).
+        terms: output (blocks, kinds, P, BLOCK).
     """
     row = np.empty(columns.shape[3])
     for k in range(len(places)):
         b, at = places[k]
-        constants[b, at] = write_cut(
-            Q[k], Y[k], L, columns, f_max, alike, row, terms[b, :, :, at]
-        )
+        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, terms[b, :, :, at])
 
 
 @compiled
 def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
     """Return the least bound on z that a state's cuts give for one set of placements."""
+    members, constants, terms, kinds = cuts.members, cuts.constants, cuts.terms, cuts.kinds
     best = np.inf
     for m in range((cuts.counts[state] + BLOCK - 1) // BLOCK):
-        block = cuts.members[state, m]
-        c = cuts.constants[block]
-        z0, z1, z2, z3, z4, z5, z6, z7 = c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]
+        b = members[state, m]
+        z0, z1, z2, z3 = constants[b, 0], constants[b, 1], constants[b, 2], constants[b, 3]
+        z4, z5, z6, z7 = constants[b, 4], constants[b, 5], constants[b, 6], constants[b, 7]
         for i in range(len(rows)):
-            t = cuts.terms[block, i, rows[i]]
-            z0, z1, z2, z3 = z0 + t[0], z1 + t[1], z2 + t[2], z3 + t[3]
-            z4, z5, z6, z7 = z4 + t[4], z5 + t[5], z6 + t[6], z7 + t[7]
+            k, g = kinds[i], rows[i]
+            z0, z1 = z0 + terms[b, k, g, 0], z1 + terms[b, k, g, 1]
+            z2, z3 = z2 + terms[b, k, g, 2], z3 + terms[b, k, g, 3]
+            z4, z5 = z4 + terms[b, k, g, 4], z5 + terms[b, k, g, 5]
+            z6, z7 = z6 + terms[b, k, g, 6], z7 + terms[b, k, g, 7]
         z0, z1, z2, z3 = min(z0, z4), min(z1, z5), min(z2, z6), min(z3, z7)
         best = min(best, min(min(z0, z1), min(z2, z3)))
     return max(best, 0.0)
@@ -139,11 +136,12 @@ class CutPool:
     """
 
     def __init__(self, tips: Array, f_max: Array, directions: Array) -> None:
-        self._shape, self._f_max, self._directions = tips.shape[:2], f_max, directions
-        self._columns = np.ascontiguousarray(tips.transpose(0, 2, 3, 1))
-        self._alike = np.array([
-            next(j for j in range(i + 1) if self._same(i, j)) for i in range(len(f_max))
-        ], dtype=np.int64)  # fmt: skip
+        n = len(f_max)
+        first = [next(j for j in range(i + 1) if _alike(tips, f_max, i, j)) for i in range(n)]
+        distinct = sorted(set(first))
+        self._kinds = np.array([distinct.index(i) for i in first], dtype=np.int64)
+        self._columns = np.ascontiguousarray(tips[distinct].transpose(0, 2, 3, 1))
+        self._f_max, self._directions = f_max[distinct], directions
         self.clear()
 
     def clear(self) -> None:
@@ -152,7 +150,8 @@ class CutPool:
             np.zeros((16, PER_STATE // BLOCK), dtype=np.int64),
             np.zeros(16, dtype=np.int64),
             np.empty((16, BLOCK)),
-            np.empty((16, *self._shape, BLOCK)),
+            np.empty((16, len(self._columns), self._columns.shape[3], BLOCK)),
+            self._kinds,
         )
         self._added: dict[int, int] = {}
         self._waiting: list[tuple[int, Array, Array]] = []
@@ -198,7 +197,7 @@ class CutPool:
         places = np.array([self._place(state) for state in states])
         write_cuts(
             np.array(Q), np.array(Y), places, self._directions, self._columns, self._f_max,
-            self._alike, self._tables.constants, self._tables.terms,
+            self._tables.constants, self._tables.terms,
         )  # fmt: skip
 
     def _place(self, state: int) -> tuple[int, int]:
@@ -211,10 +210,6 @@ class CutPool:
                 self._tables.members[state, row] = self._free_block()
             self._tables.counts[state] = added + 1
         return int(self._tables.members[state, row]), place
-
-    def _same(self, i: int, j: int) -> bool:
-        same = self._f_max[i] == self._f_max[j]
-        return bool(same) and np.array_equal(self._columns[i], self._columns[j])
 
     def _free_block(self) -> int:
         constants, terms = self._tables.constants, self._tables.terms
@@ -234,3 +229,8 @@ class CutPool:
         if state >= len(tables.counts):
             return float("inf")
         return float(state_bound(state, rows, tables))
+
+
+def _alike(tips: Array, f_max: Array, i: int, j: int) -> bool:
+    """Whether two fingers have the same columns and f_max."""
+    return bool(f_max[i] == f_max[j]) and np.array_equal(tips[i], tips[j])

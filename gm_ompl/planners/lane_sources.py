@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 import itertools
 import math
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.lane_graph import LaneGraph
@@ -27,6 +29,28 @@ UNRENEWED: Final = -1
 
 Part: TypeAlias = tuple[Array, IntArray]
 """Keys (L,), not decreasing, and sets (L, n)."""
+
+
+@compiled
+def merge(
+    keys: Array, rows: IntArray, version: int, behind: int, all_keys: Array, all_rows: IntArray,
+    versions: IntArray,
+) -> None:  # fmt: skip
+    """Merge sorted keys and sets (K,), (K, n) into those from ``behind`` on, K places earlier."""
+    K, n = rows.shape
+    place, old, new = behind - K, behind, 0
+    while new < K:
+        if old < len(versions) and all_keys[old] < keys[new]:
+            all_keys[place], versions[place] = all_keys[old], versions[old]
+            for i in range(n):
+                all_rows[place, i] = all_rows[old, i]
+            old += 1
+        else:
+            all_keys[place], versions[place] = keys[new], version
+            for i in range(n):
+                all_rows[place, i] = rows[new, i]
+            new += 1
+        place += 1
 
 
 @final
@@ -49,45 +73,43 @@ class StartSets:
         self._part = next(parts, None)
         n = 0 if self._part is None else self._part[1].shape[1]
         self._keep(np.empty(0), np.empty((0, n), dtype=np.int64), np.empty(0, dtype=np.int64))
+        self._back: list[tuple[float, Placements, int]] = []  # taken, and put back: a heap
         self._block = 1
 
     def _keep(self, keys: Array, rows: IntArray, versions: IntArray) -> None:
-        """Keep these sets, with room in front for those that are put back, and +inf behind."""
-        room = (LARGEST_BLOCK, 1)
-        self._keys = np.pad(keys, room, constant_values=np.inf)
-        self._rows = np.pad(rows, (room, (0, 0)))
-        self._versions = np.pad(versions, room)
-        self._next = LARGEST_BLOCK
+        """Keep these sets, with +inf behind."""
+        self._keys = np.append(keys, np.inf)
+        self._rows, self._versions, self._next = rows, versions, 0
 
     def key(self) -> float:
         """Return a lower bound on the cost of plans from all sets that wait; +inf at the end."""
         key = float(self._keys[self._next])
-        return key if self._part is None else min(key, float(self._part[0][0]))
+        if self._part is not None:
+            key = min(key, float(self._part[0][0]))
+        return min(key, self._back[0][0]) if self._back else key
 
     def is_ready(self) -> bool:
         """Whether the first set is to be taken: its key is fresh, or no other's has been stale."""
         if self._block == 1:
             return True
-        first = self._keys[self._next]
-        return bool(first == self.key() and self._versions[self._next] == self._graph.version)
+        first, version = self.key(), self._graph.version
+        if self._back and self._back[0][0] == first:
+            return self._back[0][2] == version
+        return bool(self._keys[self._next] == first and self._versions[self._next] == version)
 
     def take(self) -> tuple[float, Placements]:
         """Return the first set with its key."""
         self._fill()
+        if self._back and self._back[0][0] <= self._keys[self._next]:
+            key, placements, _ = heapq.heappop(self._back)
+            return key, placements
         first, self._next = self._next, self._next + 1
         return float(self._keys[first]), tuple(self._rows[first].tolist())
 
     def put_back(self, key: float, placements: Placements) -> None:
         """Let a set that was taken wait again."""
-        if key == math.inf:
-            return
-        first, self._next = self._next, self._next - 1
-        last = first + int(np.searchsorted(self._keys[first:], key))
-        version = self._graph.version
-        for array in (self._keys, self._rows, self._versions):
-            array[first - 1 : last - 1] = array[first:last]
-        at = last - 1
-        self._keys[at], self._rows[at], self._versions[at] = key, placements, version
+        if key < math.inf:
+            heapq.heappush(self._back, (key, placements, self._graph.version))
 
     def judged(self, stale: bool) -> None:
         """Hear whether the key of the set taken last was stale."""
@@ -96,38 +118,40 @@ class StartSets:
     def renew(self) -> int:
         """Renew the keys of the first sets, twice as many as before; return how many."""
         self._fill()
-        end = min(self._next + self._block, len(self._keys) - 1)
-        part = slice(self._next, end)
-        rows = self._rows[part].copy()
-        keys = np.maximum(self._keys[part], self._graph.keys(rows, self._start))
-        self._next = end
-        order = np.argsort(keys, kind="stable")
-        order = order[: np.isfinite(keys).sum()]
+        part = slice(self._next, min(self._next + self._block, len(self._keys) - 1))
+        rows, keys = self._rows[part].copy(), self._keys[part].copy()
+        back: list[tuple[float, Placements, int]] = []
+        while self._back and self._back[0][0] <= self._keys[part.stop] and len(back) < self._block:
+            back.append(heapq.heappop(self._back))
+        if back:
+            rows = np.concatenate([rows, [placements for _, placements, _ in back]])
+            keys = np.append(keys, [key for key, _, _ in back])
+        keys = np.maximum(keys, self._graph.keys(rows, self._start))
+        own = len(keys) - len(back)
+        for key, (_, placements, _) in zip(keys[own:].tolist(), back, strict=True):
+            self.put_back(key, placements)
+        self._next = part.stop
+        order = np.argsort(keys[:own], kind="stable")
+        order = order[: np.isfinite(keys[:own]).sum()]
         self._insert(keys[order], rows[order])
         self._block = min(2 * self._block, LARGEST_BLOCK)
         return len(rows)
 
     def _insert(self, keys: Array, rows: IntArray) -> None:
         """Put sets with fresh, sorted keys in their places; as many at least were taken."""
-        if not len(keys):
-            return
         behind, self._next = self._next, self._next - len(keys)
-        end = behind + int(np.searchsorted(self._keys[behind:], keys[-1]))
-        self._keys[self._next : behind], self._rows[self._next : behind] = keys, rows
-        self._versions[self._next : behind] = self._graph.version
-        order = self._next + np.argsort(self._keys[self._next : end], kind="stable")
-        for array in (self._keys, self._rows, self._versions):
-            array[self._next : end] = array[order]
+        version = self._graph.version
+        merge(keys, rows, version, behind, self._keys, self._rows, self._versions)
 
     def _fill(self) -> None:
         """Take in the parts that may hold the first set."""
         while self._part is not None and self._part[0][0] <= self._keys[self._next]:
             keys, rows = self._part
-            wait = slice(self._next, -1)
-            keys = np.concatenate([self._keys[wait], keys])
+            keys = np.concatenate([self._keys[self._next : -1], keys])
             order = np.argsort(keys, kind="stable")
-            versions = np.pad(self._versions[wait], (0, len(rows)), constant_values=UNRENEWED)
-            rows = np.concatenate([self._rows[wait], rows])
+            versions = self._versions[self._next :]
+            versions = np.pad(versions, (0, len(rows)), constant_values=UNRENEWED)
+            rows = np.concatenate([self._rows[self._next :], rows])
             self._keep(keys[order], rows[order], versions[order])
             self._part = next(self._parts, None)
 

@@ -34,6 +34,7 @@ from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.planners import lane_sources
 from gm_ompl.problem import Problem
 from gm_ompl.sampling import screening
 
@@ -136,6 +137,7 @@ def lanes() -> None:
     lane_bounds.hub_defaults(rows, tables, V)
     lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), 0.0)
     lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
+    lane_sources.merge(d[:0], none[:0], 0, 0, d, none, rows)
 
 
 def hubs_and_routes() -> None:

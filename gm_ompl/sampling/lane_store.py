@@ -57,7 +57,8 @@ class LaneStore:
             np.zeros((0, 1), dtype=np.int64),
             np.zeros(0, dtype=np.int64),
             np.zeros((0, BLOCK)),
-            np.zeros((0, len(self._fingers), rows, BLOCK)),
+            np.zeros((0, 1, rows, BLOCK)),
+            np.zeros(len(self._fingers), dtype=np.int64),
         )
 
     @property

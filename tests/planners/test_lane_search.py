@@ -105,7 +105,7 @@ def test_any_cost_of_regrasping(X_regr: float, seed: int) -> None:
 def test_hands_too_large_to_list(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Start sets made on demand, without sweeps, lead to the same optimum."""
     monkeypatch.setattr(lane_sources, "MOST_SETS", 0)
-    monkeypatch.setattr(lane_graph, "MOST_SWEPT", 0)
+    monkeypatch.setattr(lane_graph, "MOST_HELD", 0)
     problem = load(f"random/small/{seed}").problem
     same(solve(problem), solve(problem, "dijkstra"))
 
