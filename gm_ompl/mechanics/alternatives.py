@@ -122,7 +122,7 @@ class Alternatives:
         ``least``. Combinations on which the kernel gives up are left out.
         """
         passed = np.empty(1 << len(self._tips), dtype=np.int64)
-        passes = modes.passing_sets(self._env, self._tips, -1, passed)
+        passes = modes.passing_sets(self._env, self._tips, -1, False, passed)
         waiting = [int(mask) for mask in passed[:passes]]
         met, found = set(waiting), []
         while waiting:

@@ -17,6 +17,7 @@ from gm_ompl.mechanics.kelley import (
     add_cut,
     new_work,
     no_cuts,
+    plant,
     take_up,
     tightest,
     try_command,
@@ -29,6 +30,7 @@ from gm_ompl.mechanics.stability import (
     FAILED,
     REACHED,
     UNBOUNDED,
+    Tableau,
     fill,
     run_pass,
 )
@@ -106,7 +108,7 @@ def _next_set(zs: Array, bounds: Array, below: float) -> int:
 @inlined
 def best_commands(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
-    first: Array, zs: Array, limiting: IntArray, commands: Array,
+    first: Array, seed: Tableau, zs: Array, limiting: IntArray, commands: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the largest z among sets of modes, each with at least one force-controlled finger.
 
@@ -119,6 +121,7 @@ def best_commands(
         below: a threshold; where all z are proven smaller, stop.
         masks: (sets,), position-controlled fingers as bits, in order of preference.
         first: (6,), a wrench in the polar of the environment's cone whose cut may help, or zero.
+        seed: the tableau of position control of all fingers, where passes begin, or UNUSED.
         zs: output (sets,): z where it may be the largest or tie with it, else -1.
         limiting: output (sets,): the directions that limit z.
         commands: output (sets, n): f_com; f_max under position control.
@@ -130,6 +133,7 @@ def best_commands(
     sets, n, top = len(masks), len(tips), -1.0
     work, cuts = new_work(sets, n, len(env), tips.shape[1]), no_cuts(f_max, masks, zs, commands)
     force, caps = np.empty(n, dtype=np.bool_), np.empty(n)
+    plant(seed, masks, work)
     K = 1 if add_cut(q, tips, f_max, masks, force, L, first, cuts, 0) else 0
     while True:
         j = _next_set(zs, cuts.bounds, below)

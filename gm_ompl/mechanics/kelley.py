@@ -14,7 +14,7 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import NO_TAU
-from gm_ompl.mechanics.stability import cut, fill, run_pass
+from gm_ompl.mechanics.stability import Tableau, cut, fill, run_pass
 from gm_ompl.mechanics.tableau import NEVER
 
 MAX_CUTS = 80
@@ -27,6 +27,9 @@ FRESH = 8
 """Passes on one tableau before it is filled anew: rounding adds up with every pivot."""
 FIRST_LOOK = 12
 """Pivots at a trial f_com while nothing bounds z."""
+
+UNUSED = -1
+"""Stands for the first basic variable of a tableau that is not filled."""
 
 
 class Cuts(NamedTuple):
@@ -84,6 +87,32 @@ def new_work(sets: int, n: int, e: int, s: int) -> Work:
         np.empty((m, N)), np.empty((sets, m, W)), np.empty((sets, W)),
         np.empty((sets, m), dtype=np.int64), np.empty((sets, m)), np.empty(m), np.empty(m),
     )  # fmt: skip
+
+
+@compiled
+def plant(seed: Tableau, masks: IntArray, work: Work) -> None:
+    """Begin every set of modes at the basis of position control of all fingers.
+
+    A force-controlled finger has no slack. What its slack has in the tableau is also the artificial
+    variable's of its row, which takes its place in the basis; so all reduced costs stay >= 0.
+    """
+    m, N = seed.raw.shape
+    n = m - 6
+    for j in range(len(masks)):
+        T, d, basis = work.T[j], work.d[j], work.basis[j]
+        basis[0] = UNUSED
+        if seed.basis[0] == UNUSED:
+            continue
+        T[:, :], d[:], basis[:] = seed.T, seed.d, seed.basis
+        work.tau[j] = seed.raw[:, 0]
+        for i in range(n):
+            if (masks[j] >> i) & 1:
+                continue
+            slack = N - n + i
+            T[:, slack], d[slack] = 0.0, 0.0
+            for r in range(m):
+                if basis[r] == slack:
+                    basis[r] = N + 6 + i
 
 
 @compiled
@@ -193,7 +222,8 @@ def try_command(
         work.tau[j, r] = work.raw[r, 0]
     aim = bound - GAP * max(bound, 1e-3) if bound < np.inf else 0.0
     limit, enough = (1.0 / aim, 1.0 / aim) if aim > 0.0 else (np.inf, 0.0)
-    patience, warm = NEVER if bound < np.inf else FIRST_LOOK, tried % FRESH > 0
+    patience = NEVER if bound < np.inf else FIRST_LOOK
+    warm = tried % FRESH > 0 or (tried == 0 and work.basis[j, 0] != UNUSED)
     end, _, _ = run_pass(
         work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, warm, limit, enough,
         patience, work.y,

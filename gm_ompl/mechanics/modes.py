@@ -15,7 +15,16 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.internal_force import excessive
-from gm_ompl.mechanics.stability import BELOW, REACHED, UNBOUNDED, equilibrium, position_margin
+from gm_ompl.mechanics.kelley import UNUSED
+from gm_ompl.mechanics.stability import (
+    BELOW,
+    REACHED,
+    UNBOUNDED,
+    Tableau,
+    equilibrium,
+    new_tableau,
+    position_margin,
+)
 
 STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, TROUBLE, UNLIMITED = 0, 1, 2, 3, 4, 5
 """Ends of a decision; UNDER: z is proven smaller than the threshold, and a bound is returned;
@@ -86,14 +95,17 @@ def preference(n: int, previous: int) -> IntArray:
 
 
 @compiled
-def passing_sets(env: Array, tips: Array, previous: int, passed: IntArray) -> int:
-    """Write the largest sets that pass Problem (5), preferred first; return their number."""
+def passing_sets(env: Array, tips: Array, previous: int, not_all: bool, passed: IntArray) -> int:
+    """Write the largest sets that pass Problem (5), preferred first; return their number.
+
+    ``not_all`` says that all fingers together are known not to pass.
+    """
     n = len(tips)
     order = preference(n, previous)
     P = np.empty((len(env) + n * tips.shape[1], 6))
     passes = 0
     for mask in order:
-        covered = False
+        covered = not_all and mask == (1 << n) - 1
         for j in range(passes):
             covered = covered or (mask & passed[j]) == mask
         if covered:
@@ -108,13 +120,15 @@ def passing_sets(env: Array, tips: Array, previous: int, passed: IntArray) -> in
 @inlined
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, first: Array, f_com: Array,
+    passed: IntArray, first: Array, seed: Tableau, f_com: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
     count = len(passed)
     zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
     commands = np.empty((count, len(tips)))
-    end, bound = best_commands(env, q, tips, f_max, L, below, passed, first, zs, limiting, commands)
+    end, bound = best_commands(
+        env, q, tips, f_max, L, below, passed, first, seed, zs, limiting, commands
+    )
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
     if end == UNBOUNDED:
@@ -168,8 +182,10 @@ def decide(
     for t in range(6):
         y[t] = 0.0
     z, direction, mask = 0.0, -1, everyone
+    tableau = new_tableau(n, len(env), tips.shape[1])
+    tableau.basis[0] = UNUSED
     if only < 0 or tight:
-        end, z, direction = position_margin(env, q, tips, limits, L, below, tight, y)
+        end, z, direction = position_margin(env, q, tips, limits, L, below, tight, tableau, y)
         if end == BELOW:
             return UNDER, z, direction, everyone
         if tight and end != REACHED:
@@ -178,11 +194,11 @@ def decide(
         passed, passes = np.empty(1 << n, dtype=np.int64), 1
         passed[0] = only
         if only < 0:
-            passes = passing_sets(env, tips, previous, passed)
+            passes = passing_sets(env, tips, previous, True, passed)
         if passes == 0:
             return INTERNAL_FORCE, -np.inf, -1, 0
         end, z, direction, mask = _best_set(
-            env, q, tips, limits, L, below, passed[:passes], y, f_com
+            env, q, tips, limits, L, below, passed[:passes], y, tableau, f_com
         )
         if end != STABLE:
             return end, z, direction, mask

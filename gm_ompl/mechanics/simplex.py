@@ -135,21 +135,21 @@ def _drop_closed(
 
 
 @inlined
-def _choose(costs: Array, S: int, ahead: BoolArray, behind: BoolArray) -> int:
+def _choose(costs: Array, S: int, ahead: BoolArray, behind: BoolArray, bounds: Array) -> int:
     """Return the direction to solve next: 2 s for right-hand side s, 2 s + 1 for its opposite.
 
     It is the one with the largest bound on tau: what is worst is found early, and what is solved
-    far out tells most about the rest.
+    far out tells most about the rest. ``bounds`` (S,) is room to work in.
     """
-    best, chosen = -np.inf, -1
     for s in range(S):
-        bound = -costs[s] if ahead[s] else -np.inf
-        if bound > best:
-            best, chosen = bound, 2 * s
-        bound = costs[s] if behind[s] else -np.inf
-        if bound > best:
-            best, chosen = bound, 2 * s + 1
-    return chosen
+        one = -costs[s] if ahead[s] else -np.inf
+        other = costs[s] if behind[s] else -np.inf
+        bounds[s] = one if one > other else other
+    best, chosen = -np.inf, 0
+    for s in range(S):
+        chosen = s if bounds[s] > best else chosen
+        best = bounds[s] if bounds[s] > best else best
+    return 2 * chosen if ahead[chosen] and -costs[chosen] == best else 2 * chosen + 1
 
 
 @inlined
@@ -262,7 +262,7 @@ def search_directions(
             S = _drop_closed(T, d, m, first, S, slots, ahead, behind)
             if S == 0:
                 return SOLVED, number(worst), worst_tau
-            now, here = _choose(d[first : first + S], S, ahead, behind), 0
+            now, here = _choose(d[first : first + S], S, ahead, behind, lo), 0
         here += 1
         end = _step(T, d, basis, m, N, S, now, bland or here > DANTZIG_STEPS + N, x, y, room)
         if end != SOLVED:

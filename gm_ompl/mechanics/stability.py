@@ -9,6 +9,8 @@ environment's cone) and with it the inequality, valid for every f_com and every 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
@@ -32,6 +34,30 @@ ATTEMPTS = 4
 
 REACHED, BELOW, UNBOUNDED, FAILED = 0, 1, 2, 3
 """z found; z proven below the threshold; z = +inf; numerical trouble."""
+
+
+class Tableau(NamedTuple):
+    """A tau program and its tableau.
+
+    Attributes:
+        raw: (m, N), columns.
+        T: (m, W), the tableau.
+        d: (W,), reduced costs.
+        basis: (m,).
+    """
+
+    raw: Array
+    T: Array
+    d: Array
+    basis: IntArray
+
+
+@compiled
+def new_tableau(n: int, e: int, s: int) -> Tableau:
+    """Return room for the tau program of n fingers of s columns, e columns of the environment."""
+    m, N = 6 + n, 1 + e + n * s + n
+    W = N + m + SIDES
+    return Tableau(np.empty((m, N)), np.empty((m, W)), np.empty(W), np.empty(m, dtype=np.int64))
 
 
 @compiled
@@ -141,7 +167,7 @@ def run_pass(
 @inlined
 def position_margin(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, exact: bool,
-    y: Array,
+    tableau: Tableau, y: Array,
 ) -> tuple[int, float, int]:  # fmt: skip
     """z where nobody is force-controlled: one pass over the directions.
 
@@ -154,21 +180,19 @@ def position_margin(
         below: a threshold; where z is proven smaller, stop with an upper bound on z.
         exact: whether z is wanted where it is at least ``below``; else a few pivots are made
             in search of a proof that it is smaller, and an upper bound will do.
+        tableau: output, as the pass has left it.
         y: output (6,): the wrench of the cut that proves the bound on z.
 
     Returns:
         How it ended, z or an upper bound on it, the direction.
     """
-    n, s = len(tips), tips.shape[1]
-    m, N = 6 + n, 1 + len(env) + n * s + n
-    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, prices = np.empty(m, dtype=np.int64), np.empty(m)
-    cost = fill(env, q, tips, f_max, np.zeros(n, dtype=np.bool_), f_max, raw)
+    raw, prices = tableau.raw, np.empty(6 + len(tips))
+    cost = fill(env, q, tips, f_max, np.zeros(len(tips), dtype=np.bool_), f_max, raw)
     limit = 1.0 / below if below > 0.0 else np.inf
     enough = 0.0 if exact or below <= 0.0 else limit
     end, direction, tau = run_pass(
-        raw, cost, L, T, d, basis, prices, False, limit, enough, NEVER if exact else A_LOOK,
-        prices,
+        raw, cost, L, tableau.T, tableau.d, tableau.basis, prices, False, limit, enough,
+        NEVER if exact else A_LOOK, prices,
     )  # fmt: skip
     for t in range(6):
         y[t] = prices[t]

@@ -97,7 +97,7 @@ def edges() -> None:
     sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
     sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
     sides.drift(raw, T, basis, m, N)
-    modes.passing_sets(ENV, TIPS, -1, np.empty(2, dtype=np.int64))
+    modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
     internal_force.excessive(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))))
     joint_margin(
         ENV, LOAD, TIPS, F_MAX, force, DIRECTIONS, np.zeros(MAX_BLOCKS, dtype=np.int64), 1, f
@@ -105,7 +105,7 @@ def edges() -> None:
     stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, f)
     master.best_command(one, one, np.zeros((1, 1)), 1, F_MAX, 1, f)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
-    kelley.new_work(1, 1, 1, 3)
+    kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
     cuts = kelley.no_cuts(F_MAX, masks, f, commands)
     kelley.take_up(0, 0, F_MAX, force, cuts.trials, commands, f)
     kelley.add_cut(LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, y, cuts, 0)

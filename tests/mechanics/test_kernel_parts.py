@@ -14,7 +14,7 @@ from gm_ompl.mechanics.blocks import joint_margin
 from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
 from gm_ompl.mechanics.internal_force import least_norm_point
 from gm_ompl.mechanics.master import best_command
-from gm_ompl.mechanics.stability import REACHED, position_margin
+from gm_ompl.mechanics.stability import REACHED, new_tableau, position_margin
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -96,11 +96,12 @@ def test_a_short_look_bounds_z(seed: int, instances: ModuleType) -> None:
     rng = np.random.default_rng(seed)
     env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
     y = np.zeros(6)
-    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, y)
+    room = new_tableau(len(tips), len(env), tips.shape[1])
+    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, room, y)
     if end != REACHED or z == 0.0:
         return
     for below in (0.5 * z, 0.999 * z, 1.001 * z, 2.0 * z):
-        how, bound, _ = position_margin(env, q, tips, f_max, DIRECTIONS, below, False, y)
+        how, bound, _ = position_margin(env, q, tips, f_max, DIRECTIONS, below, False, room, y)
         assert bound >= z * (1.0 - 1e-9)
         if below < z:
             assert how == REACHED
