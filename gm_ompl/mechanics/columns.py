@@ -57,15 +57,14 @@ def environment_columns(contacts: ContactState, friction: float, s: int, U: Arra
     if m == 0:
         return np.zeros((0, 6))
     edges = cone_edges(contacts.normals, contacts.rotation[:2], np.full(m, friction), s)
+    static = wrenches(contacts.points[:, None], edges, U)
     slides = np.abs(contacts.slip).sum(axis=1) > 0
-    columns = []
-    for i in range(m):
-        forces = edges[i]
-        if slides[i]:
-            opposite = contacts.normals[i] - friction * contacts.slip[i]
-            forces = (opposite / np.linalg.norm(opposite))[None]
-        columns.append(wrenches(np.broadcast_to(contacts.points[i], forces.shape), forces, U))
-    return np.ascontiguousarray(np.concatenate(columns))
+    if not slides.any():
+        return np.ascontiguousarray(static.reshape(-1, 6))
+    opposite = contacts.normals - friction * contacts.slip
+    opposite = opposite / np.linalg.norm(opposite, axis=1, keepdims=True)
+    sliding = wrenches(contacts.points, opposite, U)
+    return np.concatenate([sliding[i : i + 1] if slides[i] else static[i] for i in range(m)])
 
 
 def fingertip_columns(points: Array, normals: Array, friction: float, s: int, U: Array) -> Array:
