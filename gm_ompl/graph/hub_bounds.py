@@ -16,10 +16,18 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.cores import share_out
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.lane_bounds import SHORTER, LaneTables, refresh
 from gm_ompl.graph.sets import LIFTED, Clearances, Groups, placement_sets
 from gm_ompl.mechanics.cuts import CutTables
-from gm_ompl.problem import Placements
+from gm_ompl.problem import Placements, Problem
+
+MOST_HELD = 20_000_000
+"""Hubs times nodes whose bounds are held, and lanes times nodes that a sweep may treat (it holds 24
+bytes for each); beyond, geometry alone bounds the cost from hubs."""
+
+MOST = 2**62
+"""Codes of hubs are whole numbers up to here."""
 
 
 @compiled
@@ -73,6 +81,28 @@ def lower_hubs(
                     V[ids[i, k], c] = onward[c]
                     fell = True
     return fell
+
+
+def hub_bounds(problem: Problem, judge: Judge, tables: LaneTables) -> HubBounds | None:
+    """Return bounds of all hubs of a problem; None where there are too many to hold them."""
+    hand, P = problem.fingers, len(problem.fingers.placements)
+    most = MOST_HELD // len(tables.goal)
+    hubs = hub_sets(hand.groups(), _anywhere(tables), judge.clear, most)
+    if hubs is None or not any(len(sets) for _, sets in hubs) or (P + 1) ** hand.count > MOST:
+        return None
+    return HubBounds(hubs, hand.groups(), P, tables)
+
+
+def swept_sets(problem: Problem, judge: Judge, tables: LaneTables) -> IntArray:
+    """Return all sets (L, n); none where they are too many to sweep."""
+    hand, most = problem.fingers, MOST_HELD // len(tables.goal)
+    sets = placement_sets(hand.groups(), _anywhere(tables), judge.clear, most)
+    return np.empty((0, hand.count), dtype=np.int64) if sets is None else sets
+
+
+def _anywhere(tables: LaneTables) -> list[BoolArray]:
+    """Return per finger the placements (P,) that are free at some node."""
+    return [row.any(axis=1) for row in tables.node_free]
 
 
 def hub_sets(

@@ -7,29 +7,22 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import Outcome
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.hub_bounds import HubBounds, hub_sets
+from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
 from gm_ompl.graph.lane import BLOCKED, Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
 from gm_ompl.graph.lanes import ask_backward, lane_tables
-from gm_ompl.graph.sets import LIFTED, PlacementSets, placement_sets
+from gm_ompl.graph.sets import LIFTED, PlacementSets
 from gm_ompl.graph.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
-MOST_HELD = 20_000_000
-"""Hubs times nodes whose bounds are held, and lanes times nodes that a sweep may treat (it holds 24
-bytes for each); beyond, geometry alone bounds the cost from hubs."""
-
 WORTH_A_THREAD = 500
 """Lanes whose keys take longer than it takes to start a thread."""
-
-MOST = 2**62
-"""Codes of hubs are whole numbers up to here."""
 
 SWEPT_PER_LANE = 0.03
 """Cost of a lane in a sweep, in units of treating one lane alone, and per segment: measured."""
@@ -59,31 +52,9 @@ class LaneGraph:
         self._lanes_of: dict[Placements, list[Lane]] = {}
         self.tables = lane_tables(problem, judge, backend, stop)
         self.sets = PlacementSets(problem.fingers.groups())
-        self.bounds = self._hub_bounds()
+        self.bounds = hub_bounds(problem, judge, self.tables)
         self._hubs_risen = self._states_asked = 0
-        self._sets_known: IntArray | None = None
-
-    def _hub_bounds(self) -> HubBounds | None:
-        """Return bounds of all hubs; None where there are too many to hold them."""
-        hand, tables = self._problem.fingers, self.tables
-        most = MOST_HELD // len(tables.goal)
-        hubs = hub_sets(hand.groups(), self._anywhere(), self._judge.clear, most)
-        P = len(hand.placements)
-        if hubs is None or not any(len(sets) for _, sets in hubs) or (P + 1) ** hand.count > MOST:
-            return None
-        return HubBounds(hubs, hand.groups(), P, tables)
-
-    def _anywhere(self) -> list[BoolArray]:
-        """Return per finger the placements (P,) that are free at some node."""
-        return [row.any(axis=1) for row in self.tables.node_free]
-
-    def _every_set(self) -> IntArray:
-        """Return all sets (L, n); none where they are too many to sweep."""
-        if self._sets_known is None:
-            groups, most = self._problem.fingers.groups(), MOST_HELD // len(self.tables.goal)
-            sets = placement_sets(groups, self._anywhere(), self._judge.clear, most)
-            self._sets_known = np.empty((0, len(self._fingers)), np.int64) if sets is None else sets
-        return self._sets_known
+        self._swept: IntArray | None = None
 
     @property
     def version(self) -> int:
@@ -248,15 +219,17 @@ class LaneGraph:
 
     def sweep_price(self) -> float:
         """Return what a sweep costs, in lanes treated one by one; +inf where it is too large."""
-        sets = self._every_set()
-        if self.bounds is None or not len(sets):
+        if self._swept is None:
+            self._swept = swept_sets(self._problem, self._judge, self.tables)
+        if self.bounds is None or not len(self._swept):
             return math.inf
         per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * 2 * self.tables.forward.size
-        return len(sets) * per_lane
+        return len(self._swept) * per_lane
 
     def sweep(self) -> bool:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
         assert self.bounds is not None, "sweep_price is infinite"
+        assert self._swept is not None, "sweep_price was not asked"
         decided = {
             placements: lane.known
             for placements, lane in self._lanes.items()
@@ -264,7 +237,7 @@ class LaneGraph:
         }
         unstable = [(hub.placements, hub.stable == 0) for hub in self._hubs.values()]
         cuts = self._backend.pool.tables
-        gained = self.bounds.sweep(self._every_set(), cuts, decided, unstable)
+        gained = self.bounds.sweep(self._swept, cuts, decided, unstable)
         for hub in self._hubs.values():
             self._revalue(hub)
         self._hubs_risen += 1

@@ -13,14 +13,14 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
+from gm_ompl.planners.lane_entries import Choices, Entry, Leg, legs
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.planner import Meter, Status
 from gm_ompl.planners.trace import Expansion, Trace
@@ -34,36 +34,6 @@ FIRST_SWEEP: Final = 1000.0
 
 RENEWED: Final = 0.05
 """Cost of renewing a start set's key among others, in units of treating one lane: measured."""
-
-
-@dataclass(frozen=True, eq=False)
-class Entry:
-    """A lane entered at a node.
-
-    Attributes:
-        placements: the lane's.
-        config: the node.
-        g: cost of getting there, all judged.
-        parent: the entry before the regrasp; None at the start.
-    """
-
-    placements: Placements
-    config: int
-    g: float
-    parent: Entry | None
-
-
-@dataclass(eq=False)
-class Choices:
-    """A hub being left: its placements in increasing order of their bounds, one at a time."""
-
-    hub: Hub
-    config: int
-    g: float
-    parent: Entry
-    keys: Array
-    order: IntArray
-    next: int = 0
 
 
 Waiting: TypeAlias = Entry | Choices
@@ -290,16 +260,9 @@ class LaneSearch:
             return math.fsum(lane.costs[0, tail:head])
         return math.fsum(lane.costs[1, head:tail])
 
-    def path(self) -> list[tuple[Placements, int, int]]:
+    def path(self) -> list[Leg]:
         """Return the best plan: per lane its placements, first and last node."""
-        legs: list[tuple[Placements, int, int]] = []
-        if self._best is not None:
-            entry: Entry | None = self._best[0]
-            last = self._best[1]
-            while entry is not None:
-                legs.append((entry.placements, entry.config, last))
-                last, entry = entry.config, entry.parent
-        return legs[::-1]
+        return [] if self._best is None else legs(*self._best)
 
     def _event(self) -> None:
         now = self._meter.elapsed()

@@ -13,7 +13,7 @@ from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph import lane_graph
+from gm_ompl.graph import hub_bounds, lane_graph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import LIFTED
@@ -105,7 +105,7 @@ def test_any_cost_of_regrasping(X_regr: float, seed: int) -> None:
 def test_hands_too_large_to_list(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Start sets made on demand, without sweeps, lead to the same optimum."""
     monkeypatch.setattr(lane_sources, "MOST_SETS", 0)
-    monkeypatch.setattr(lane_graph, "MOST_HELD", 0)
+    monkeypatch.setattr(hub_bounds, "MOST_HELD", 0)
     problem = load(f"random/small/{seed}").problem
     same(solve(problem), solve(problem, "dijkstra"))
 
