@@ -62,8 +62,8 @@ class LaneTables(NamedTuple):
 
 @inlined
 def arc_cost(
-    rows: IntArray, i: int, states: IntArray, known: Array, at: int, lanes: LaneTables,
-    cuts: CutTables, z: Array, factors: Array, memo: Memo,
+    rows: IntArray, i: int, states: IntArray, known: Array, way: int, at: int,
+    lanes: LaneTables, cuts: CutTables, z: Array, factors: Array, memo: Memo,
 ) -> tuple[float, Memo]:  # fmt: skip
     """Return a lower bound on Eq. (9) for arc i of one way; +inf where it cannot hold.
 
@@ -71,11 +71,12 @@ def arc_cost(
         rows: (n,), the lane's placements.
         i: the arc.
         states: (N, P), contact states of that way.
-        known: (.., P), decided margins, +inf where undecided.
-        at: this arc's row of ``known`` and ``z``.
+        known: (.., .., P), decided margins, +inf where undecided.
+        way: of this arc in ``known`` and ``z``.
+        at: its row there.
         lanes: the tables.
         cuts: the cuts.
-        z: output (.., P), upper bounds on the margins: what is known, else the least of the
+        z: output (.., .., P), upper bounds on the margins: what is known, else the least of the
             state's cuts; left alone after the first that is below z_min.
         factors: (P,), room to work in.
         memo: what the arc before has left. It is returned with the cost.
@@ -92,9 +93,9 @@ def arc_cost(
         if states[i, j] != before:
             before = states[i, j]
             bound = np.inf if before == UNASKED else state_bound(before, rows, cuts)
-        least = min(bound, known[at, j])
+        least = min(bound, known[way, at, j])
         holds = least >= z_min
-        z[at, j] = least
+        z[way, at, j] = least
         if least != margin:
             margin = least
             factor = 1.0 + X_stab / margin if X_stab > 0.0 else 1.0
@@ -136,13 +137,13 @@ def refresh(
         d: output (N + 1,), lower bounds on the cost to the goal inside the lane.
     """
     N, P = lanes.forward.shape
-    decided, margins, factors = known.reshape(2 * N, P), z.reshape(2 * N, P), np.empty(P)
+    factors = np.empty(P)
     memo = NOTHING
     for way in range(2):
         states = lanes.forward if way == 0 else lanes.backward
         for i in range(N):
             costs[way, i], memo = arc_cost(
-                rows, i, states, decided, way * N + i, lanes, cuts, margins, factors, memo
+                rows, i, states, known, way, i, lanes, cuts, z, factors, memo
             )
     for c in range(N + 1):
         d[c] = 0.0 if ends_at(rows, c, lanes) else np.inf
@@ -228,7 +229,7 @@ def lane_keys(
         keys: output (L,).
     """
     N, P = lanes.forward.shape
-    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    known, z, factors = np.full((1, 1, P), np.inf), np.empty((1, 1, P)), np.empty(P)
     shared = len(ids) > 0
     for m in range(sets.shape[0]):
         rows, best, memo = sets[m], np.inf, NOTHING
@@ -249,7 +250,7 @@ def lane_keys(
                 if at == (N if way == 0 else 0):
                     break
                 arc = at if way == 0 else at - 1
-                cost, memo = arc_cost(rows, arc, states, known, 0, lanes, cuts, z, factors, memo)
+                cost, memo = arc_cost(rows, arc, states, known, 0, 0, lanes, cuts, z, factors, memo)
                 travel += cost
                 at += 1 if way == 0 else -1
         keys[m] = best
@@ -272,7 +273,7 @@ def hub_rows(
         table: output (choices, N + 1).
     """
     N, P = lanes.forward.shape
-    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    known, z, factors = np.full((1, 1, P), np.inf), np.empty((1, 1, P)), np.empty(P)
     full = rows.copy()
     for index in which:
         full[slot] = choices[index]
@@ -286,6 +287,6 @@ def hub_rows(
                 head, tail = (arc + 1, arc) if way == 0 else (arc, arc + 1)
                 if d[head] < d[tail]:  # else no cost of the arc matters
                     cost, memo = arc_cost(
-                        full, arc, states, known, 0, lanes, cuts, z, factors, memo
+                        full, arc, states, known, 0, 0, lanes, cuts, z, factors, memo
                     )
                     d[tail] = min(d[tail], d[head] + cost)

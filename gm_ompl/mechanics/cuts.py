@@ -48,7 +48,8 @@ class CutTables(NamedTuple):
 
 @inlined
 def write_cut(
-    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, terms: Array
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, b: int, at: int,
+    terms: Array,
 ) -> float:  # fmt: skip
     """Write T_i(g) / h_P(y), (kinds, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
@@ -75,7 +76,7 @@ def write_cut(
                 )
                 row[g] = max(row[g], dot)
         for g in range(P):
-            terms[i, g] = row[g] * f_max[i] / reach
+            terms[b, i, g, at] = row[g] * f_max[i] / reach
     return constant / reach
 
 
@@ -98,8 +99,8 @@ def write_cuts(
     """
     row = np.empty(columns.shape[3])
     for k in range(len(places)):
-        b, at = places[k]
-        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, terms[b, :, :, at])
+        b, at = places[k, 0], places[k, 1]
+        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, b, at, terms)
 
 
 @compiled

@@ -97,20 +97,27 @@ def plant(seed: Tableau, masks: IntArray, work: Work) -> None:
     variable's of its row, which takes its place in the basis; so all reduced costs stay >= 0.
     """
     m, N = seed.raw.shape
-    n = m - 6
+    n, W = m - 6, len(seed.d)
     for j in range(len(masks)):
-        T, d, basis = work.T[j], work.d[j], work.basis[j]
+        basis = work.basis[j]
         basis[0] = UNUSED
         if seed.basis[0] == UNUSED:
             continue
-        T[:, :], d[:], basis[:] = seed.T, seed.d, seed.basis
-        work.tau[j] = seed.raw[:, 0]
+        for r in range(m):
+            old, new = seed.T[r], work.T[j, r]
+            for k in range(W):
+                new[k] = old[k]
+            basis[r], work.tau[j, r] = seed.basis[r], seed.raw[r, 0]
+        costs = work.d[j]
+        for k in range(W):
+            costs[k] = seed.d[k]
         for i in range(n):
+            slack = N - n + i
             if (masks[j] >> i) & 1:
                 continue
-            slack = N - n + i
-            T[:, slack], d[slack] = 0.0, 0.0
+            costs[slack] = 0.0
             for r in range(m):
+                work.T[j, r, slack] = 0.0
                 if basis[r] == slack:
                     basis[r] = N + 6 + i
 
