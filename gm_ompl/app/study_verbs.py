@@ -125,7 +125,7 @@ def bench(
     repeat: Annotated[int, typer.Option(metavar="N", help="Repetitions of what is short.")] = 5,
     highs: Annotated[
         int, typer.Option(metavar="N", help="Decisions per search that HiGHS makes, too.")
-    ] = 12,
+    ] = 20,
     search_limit: Annotated[
         float, typer.Option(metavar="S", help="Wall time of each search measured.")
     ] = 10.0,
