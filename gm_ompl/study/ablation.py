@@ -1,8 +1,8 @@
 """``python -m gm_ompl.study.ablation [PAGE]``: what the search owes to what.
 
 Measures the paper's scenarios without heuristic, with the paper's and with the search over lanes,
-and time and memory of the latter against segments, grid and fingers; writes the tables into PAGE
-(docs/ablation.md). Takes about ten minutes on one core.
+time and memory of the latter against segments, grid and fingers, and time per node on random
+scenarios; writes the tables into PAGE (docs/ablation.md). Takes a quarter of an hour on one core.
 """
 
 from __future__ import annotations
@@ -30,6 +30,14 @@ AXES: dict[str, list[tuple[int, tuple[str, ...]]]] = {
     "fingers": [(n, (f"fingers.count={n}", "fingers.placements.grid=[3, 3]")) for n in FINGERS],
 }
 SCALED = ("paper/tumble", "paper/regrasp")
+
+HELD_OUT = [(family, seed) for family in ("tumble", "regrasp") for seed in range(6)]
+"""Random scenarios, of other sizes, masses, frictions, limits and walls, two or three fingers."""
+HELD_OUT_GRIDS = (7, 9)
+HELD_OUT_LIMIT = 60.0
+"""Wall time per search [s]."""
+ALLOWED = {"tumble": 1.0 / 1_335_201, "regrasp": 5.0 / 1_335_201}
+"""What a node of the paper's problem may cost [s]."""
 
 
 def heuristics() -> Iterator[str]:
@@ -73,6 +81,27 @@ def scaling() -> Iterator[str]:
             yield table(head, rows)
 
 
+def held_out() -> Iterator[str]:
+    """Yield the table of random scenarios, whose nodes may cost twice what the paper's may."""
+    head = (
+        "scenario", "grid", "nodes", "ends", "expanded", "mode decisions", "CPU s", "us a node",
+        "of the paper's", "MiB",
+    )  # fmt: skip
+    rows = []
+    for family, seed in HELD_OUT:
+        for m in HELD_OUT_GRIDS:
+            name = f"random/{family}/{seed}"
+            changes = (f"fingers.placements.grid=[{m}, {m}]", "lattice.segments=30")
+            found = measure(name, "lanes", changes, HELD_OUT_LIMIT)
+            each = found.seconds / found.nodes
+            rows.append((
+                name, f"{m} x {m}", number(found.nodes), ending(found), number(found.expanded),
+                number(found.decisions), number(found.seconds), number(1e6 * each),
+                number(each / ALLOWED[family]), number(found.megabytes),
+            ))  # fmt: skip
+            yield table(head, rows)
+
+
 def ending(found: Measurement) -> str:
     """Return how a search ended, in two words."""
     return "proven optimal" if found.optimal else found.status
@@ -88,7 +117,11 @@ def slope(points: Sequence[tuple[int, Measurement]], what: str) -> float:
 def main(arguments: Sequence[str]) -> None:
     """Measure everything and write the page."""
     page = Path(arguments[0] if arguments else "docs/ablation.md")
-    for name, growing in (("scaling", scaling()), ("heuristics", heuristics())):
+    for name, growing in (
+        ("scaling", scaling()),
+        ("held_out", held_out()),
+        ("heuristics", heuristics()),
+    ):
         # Written as it grows: a run that is stopped leaves what it has measured.
         for content in growing:
             write_tables(page, {name: content})
