@@ -20,25 +20,27 @@ def wrench_norm(mass: float, inertia: Array) -> Array:
     return upper
 
 
-def cone_edges(normals: Array, reference: Array, friction: Array, s: int) -> Array:
-    """Return the friction cones' unit edges c_k, shape (n, s, 3).
+def cone_axes(normals: Array, reference: Array) -> Array:
+    """Return each friction cone's own axes as rows (n, 3, 3): the normal and two tangents.
 
     Args:
         normals: (n, 3), unit, into the object.
         reference: (2, 3), the reference axis and the one used where the normal is within
             |n . axis| >= 0.9 of it.
-        friction: (n,), Coulomb coefficients.
-        s: number of edges.
     """
     near = np.abs(normals @ reference[0]) >= 0.9
     axis = np.where(near[:, None], reference[1], reference[0])
     t1 = axis - (axis * normals).sum(axis=1, keepdims=True) * normals
-    t1 /= np.linalg.norm(t1, axis=1, keepdims=True)
-    t2 = cross(normals, t1)
+    t1 /= np.sqrt((t1 * t1).sum(axis=1, keepdims=True))
+    return np.stack([normals, t1, cross(normals, t1)], axis=1)
+
+
+def edge_weights(friction: float, s: int) -> Array:
+    """Return the s unit edges of a cone in its own axes, shape (s, 3)."""
     theta = 2.0 * np.pi * np.arange(s) / s
-    around = np.cos(theta)[:, None] * t1[:, None, :] + np.sin(theta)[:, None] * t2[:, None, :]
-    edges: Array = normals[:, None, :] + friction[:, None, None] * around
-    return edges / np.sqrt(1.0 + friction**2)[:, None, None]
+    edges = np.stack([np.ones(s), friction * np.cos(theta), friction * np.sin(theta)], axis=1)
+    weights: Array = edges / np.sqrt(1.0 + friction**2)
+    return weights
 
 
 def wrenches(points: Array, forces: Array, U: Array) -> Array:
@@ -56,8 +58,8 @@ def environment_columns(contacts: ContactState, friction: float, s: int, U: Arra
     m = len(contacts.points)
     if m == 0:
         return np.zeros((0, 6))
-    edges = cone_edges(contacts.normals, contacts.rotation[:2], np.full(m, friction), s)
-    static = wrenches(contacts.points[:, None], edges, U)
+    axes = wrenches(contacts.points[:, None], cone_axes(contacts.normals, contacts.rotation[:2]), U)
+    static = edge_weights(friction, s) @ axes
     slides = np.abs(contacts.slip).sum(axis=1) > 0
     if not slides.any():
         return np.ascontiguousarray(static.reshape(-1, 6))
@@ -73,11 +75,8 @@ def fingertip_columns(points: Array, normals: Array, friction: float, s: int, U:
     Edges are scaled so that the normal component of each is 1: coefficients are then the normal
     forces themselves. The cones' reference axes are the object's x and y.
     """
-    P = len(points)
-    edges = cone_edges(normals, np.eye(3)[:2], np.full(P, friction), s)
-    edges = edges * np.sqrt(1.0 + friction**2)
-    at = np.broadcast_to(points[:, None, :], edges.shape)
-    return np.ascontiguousarray(wrenches(at, edges, U))
+    axes = wrenches(points[:, None], cone_axes(normals, np.eye(3)[:2]), U)
+    return np.ascontiguousarray(edge_weights(friction, s) * np.sqrt(1.0 + friction**2) @ axes)
 
 
 def load(rotation: Array, weight: float, U: Array) -> Array:

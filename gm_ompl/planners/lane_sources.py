@@ -24,9 +24,6 @@ MOST_SETS: Final = 2_000_000
 LARGEST_BLOCK: Final = 4096
 """Sets whose keys are renewed in one compiled call at most."""
 
-UNRENEWED: Final = -1
-"""Stands for what a key rests on that geometry alone gave."""
-
 Part: TypeAlias = tuple[Array, IntArray]
 """Keys (L,), not decreasing, and sets (L, n)."""
 
@@ -70,41 +67,41 @@ class StartSets:
 
     def __init__(self, parts: Iterator[Part], start: int, graph: LaneGraph) -> None:
         self._parts, self._start, self._graph = parts, start, graph
-        self._part = next(parts, None)
+        self._part, self._at = next(parts, None), 0  # sets that never came to the front
         n = 0 if self._part is None else self._part[1].shape[1]
-        self._keep(np.empty(0), np.empty((0, n), dtype=np.int64), np.empty(0, dtype=np.int64))
+        self._keys, self._rows = np.array([np.inf]), np.empty((0, n), dtype=np.int64)
+        self._versions, self._next = np.empty(0, dtype=np.int64), 0  # sets renewed among others
         self._back: list[tuple[float, Placements, int]] = []  # taken, and put back: a heap
         self._block = 1
 
-    def _keep(self, keys: Array, rows: IntArray, versions: IntArray) -> None:
-        """Keep these sets, with +inf behind."""
-        self._keys = np.append(keys, np.inf)
-        self._rows, self._versions, self._next = rows, versions, 0
+    def _fronts(self) -> tuple[float, float, float]:
+        """Return the first keys of what never came, of what was renewed, of what was put back."""
+        part = math.inf if self._part is None else float(self._part[0][self._at])
+        back = self._back[0][0] if self._back else math.inf
+        return part, float(self._keys[self._next]), back
 
     def key(self) -> float:
         """Return a lower bound on the cost of plans from all sets that wait; +inf at the end."""
-        key = float(self._keys[self._next])
-        if self._part is not None:
-            key = min(key, float(self._part[0][0]))
-        return min(key, self._back[0][0]) if self._back else key
+        return min(self._fronts())
 
     def is_ready(self) -> bool:
         """Whether the first set is to be taken: its key is fresh, or no other's has been stale."""
         if self._block == 1:
             return True
-        first, version = self.key(), self._graph.version
-        if self._back and self._back[0][0] == first:
+        part, renewed, back = self._fronts()
+        version = self._graph.version
+        if back <= min(part, renewed):
             return self._back[0][2] == version
-        return bool(self._keys[self._next] == first and self._versions[self._next] == version)
+        return renewed <= part and bool(self._versions[self._next] == version)
 
     def take(self) -> tuple[float, Placements]:
         """Return the first set with its key."""
-        self._fill()
-        if self._back and self._back[0][0] <= self._keys[self._next]:
+        part, renewed, back = self._fronts()
+        if back <= min(part, renewed):
             key, placements, _ = heapq.heappop(self._back)
             return key, placements
-        first, self._next = self._next, self._next + 1
-        return float(self._keys[first]), tuple(self._rows[first].tolist())
+        keys, rows = self._cut(1, renewed <= part)
+        return float(keys[0]), tuple(rows[0].tolist())
 
     def put_back(self, key: float, placements: Placements) -> None:
         """Let a set that was taken wait again."""
@@ -116,44 +113,67 @@ class StartSets:
         self._block = max(2, self._block) if stale else 1
 
     def renew(self) -> int:
-        """Renew the keys of the first sets, twice as many as before; return how many."""
-        self._fill()
-        part = slice(self._next, min(self._next + self._block, len(self._keys) - 1))
-        rows, keys = self._rows[part].copy(), self._keys[part].copy()
-        back: list[tuple[float, Placements, int]] = []
-        while self._back and self._back[0][0] <= self._keys[part.stop] and len(back) < self._block:
-            back.append(heapq.heappop(self._back))
-        if back:
-            rows = np.concatenate([rows, [placements for _, placements, _ in back]])
-            keys = np.append(keys, [key for key, _, _ in back])
-        keys = np.maximum(keys, self._graph.keys(rows, self._start))
-        own = len(keys) - len(back)
-        for key, (_, placements, _) in zip(keys[own:].tolist(), back, strict=True):
-            self.put_back(key, placements)
-        self._next = part.stop
-        order = np.argsort(keys[:own], kind="stable")
-        order = order[: np.isfinite(keys[:own]).sum()]
-        self._insert(keys[order], rows[order])
+        """Renew the keys of the first sets, up to twice as many as before; return how many."""
+        part, renewed, back = self._fronts()
+        if back <= min(part, renewed):
+            count = self._renew_back(min(part, renewed))
+        else:
+            own = renewed <= part
+            waiting = self._keys[self._next : -1] if own else self._part_left()
+            # Not beyond what comes first elsewhere.
+            near = waiting[: self._block]
+            least = min(part if own else renewed, back)
+            count = max(1, int(np.searchsorted(near, least, side="right")))
+            keys, rows = self._cut(count, own)
+            keys = np.maximum(keys, self._graph.keys(rows, self._start))
+            order = np.argsort(keys, kind="stable")
+            order = order[: np.isfinite(keys).sum()]
+            self._insert(keys[order], rows[order])
         self._block = min(2 * self._block, LARGEST_BLOCK)
-        return len(rows)
+        return count
+
+    def _renew_back(self, least: float) -> int:
+        """Renew keys up to ``least`` of sets that were put back."""
+        back: list[tuple[float, Placements, int]] = []
+        while self._back and self._back[0][0] <= least and len(back) < self._block:
+            back.append(heapq.heappop(self._back))
+        rows = np.array([placements for _, placements, _ in back], dtype=np.int64)
+        keys = self._graph.keys(rows, self._start).tolist()
+        for (before, placements, _), key in zip(back, keys, strict=True):
+            self.put_back(max(before, key), placements)
+        return len(back)
+
+    def _part_left(self) -> Array:
+        """Return the keys of the part that is being taken, those left."""
+        assert self._part is not None, "nothing is left"
+        return self._part[0][self._at :]
+
+    def _cut(self, count: int, own: bool) -> Part:
+        """Take the first sets away, of those renewed (``own``) or of those that never came."""
+        if own:
+            part = slice(self._next, self._next + count)
+            self._next = part.stop
+            return self._keys[part].copy(), self._rows[part].copy()
+        assert self._part is not None, "nothing is left"
+        part = slice(self._at, self._at + count)
+        keys, rows = self._part[0][part], self._part[1][part]
+        self._at = part.stop
+        if self._at == len(self._part[0]):
+            self._part, self._at = next(self._parts, None), 0
+        return keys, rows
 
     def _insert(self, keys: Array, rows: IntArray) -> None:
-        """Put sets with fresh, sorted keys in their places; as many at least were taken."""
+        """Put sets with fresh, sorted keys in their places among those renewed."""
+        if self._next < len(keys):
+            room = len(keys) + len(self._keys)  # twice as much: each set is moved rarely
+            self._keys = np.concatenate([np.empty(room), self._keys[self._next :]])
+            empty = np.empty((room, rows.shape[1]), dtype=np.int64)
+            self._rows = np.concatenate([empty, self._rows[self._next :]])
+            self._versions = np.concatenate([empty[:, 0], self._versions[self._next :]])
+            self._next = room
         behind, self._next = self._next, self._next - len(keys)
         version = self._graph.version
         merge(keys, rows, version, behind, self._keys, self._rows, self._versions)
-
-    def _fill(self) -> None:
-        """Take in the parts that may hold the first set."""
-        while self._part is not None and self._part[0][0] <= self._keys[self._next]:
-            keys, rows = self._part
-            keys = np.concatenate([self._keys[self._next : -1], keys])
-            order = np.argsort(keys, kind="stable")
-            versions = self._versions[self._next :]
-            versions = np.pad(versions, (0, len(rows)), constant_values=UNRENEWED)
-            rows = np.concatenate([self._rows[self._next :], rows])
-            self._keep(keys[order], rows[order], versions[order])
-            self._part = next(self._parts, None)
 
 
 def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> StartSets:

@@ -100,3 +100,29 @@ def test_merge(new: list[int], old: list[int]) -> None:
     assert keys[:-1].tolist() == sorted(new + old)
     assert rows[:, 0].tolist() == sorted(new + old)
     assert sorted(rows[versions == 7, 0].tolist()) == new
+
+
+def test_parts_come_only_when_they_are_needed() -> None:
+    """However many sets have equal keys, few are made at a time."""
+    made = 0
+
+    def endless() -> Iterator[Part]:
+        nonlocal made
+        while True:
+            made += 1
+            yield np.ones(3), np.full((3, 1), made)
+
+    class Dearer:
+        version = 0
+
+        def keys(self, sets: IntArray, config: int) -> Array:  # noqa: ARG002
+            return np.full(len(sets), 2.0)
+
+    source = StartSets(endless(), 0, Dearer())  # type: ignore[arg-type]
+    key, placements = source.take()
+    source.judged(stale=True)
+    source.put_back(2.0, placements)
+    assert (key, made) == (1.0, 1)
+    renewed = sum(source.renew() for _ in range(8))
+    assert source.key() == 1.0
+    assert made <= 1 + renewed
