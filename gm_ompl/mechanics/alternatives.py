@@ -14,6 +14,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import modes
+from gm_ompl.mechanics.certificate import into_polar, proven, reach, separates_environment
 from gm_ompl.mechanics.instant import (
     DIRECTIONS,
     as_decision,
@@ -24,14 +25,7 @@ from gm_ompl.mechanics.instant import (
 from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE
-from gm_ompl.mechanics.stability import (
-    FAILED,
-    REACHED,
-    UNBOUNDED,
-    cut,
-    fill,
-    run_pass,
-)
+from gm_ompl.mechanics.stability import FAILED, REACHED, cut, fill, run_pass
 from gm_ompl.mechanics.tableau import NEVER
 
 
@@ -71,27 +65,29 @@ def commanded_margin(
         slopes: output (number of force-controlled fingers,).
 
     Returns:
-        How it ended, z (-inf where some direction cannot be resisted), and the constant c of the
-        bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
+        REACHED or FAILED (no proof), z (-inf where some direction cannot be resisted), and the
+        constant c of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
     """
     e, n, s = len(env), len(tips), tips.shape[1]
     m, N = 6 + n, 1 + e + n * s + n
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, y = np.empty(m, dtype=np.int64), np.empty(m)
+    basis, y, w = np.empty(m, dtype=np.int64), np.empty(m), np.zeros(6)
+    kept = np.empty((N, 2 * SIDES))
     cost = fill(env, q, tips, f_max, force, f, raw)
-    end, direction, _ = run_pass(
-        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y
+    end, _, _, v = run_pass(
+        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y, kept
     )
-    if end == TROUBLE:
-        return FAILED, 0.0, 0.0
     size = float(np.abs(y[:6]).max())
-    if size <= NO_TAU:
-        return UNBOUNDED, np.inf, np.inf
-    wrench = y[:6] / size
-    h = float(DIRECTIONS[direction] @ wrench)
-    c = cut(q, tips, f_max, force, wrench, slopes) / h
-    slopes /= h
-    return REACHED, -np.inf if end == INFEASIBLE else c + float(slopes @ f[force]), c
+    wrench = y[:6] / size if size > NO_TAU else np.zeros(6)
+    if end == TROUBLE or not into_polar(env, w, separates_environment(env, w), wrench):
+        return FAILED, 0.0, 0.0
+    h = reach(DIRECTIONS, wrench)
+    c = cut(q, tips, f_max, force, wrench, slopes) / h if h > 0.0 else np.inf
+    slopes /= h or 1.0
+    z = c + float(slopes @ f[force])
+    if end == INFEASIBLE:
+        return REACHED, -np.inf, c
+    return REACHED if proven(v, z) else FAILED, z, c
 
 
 @final
@@ -119,11 +115,11 @@ class Alternatives:
 
         A finger that goes from position to force control can only lower z, so the search goes
         down from the largest passing sets of position-controlled fingers and stops at those below
-        ``least``. Combinations on which the kernel gives up are left out.
+        ``least``. Combinations for which the kernel finds no proof are left out.
         """
         passed = np.empty(1 << len(self._tips), dtype=np.int64)
-        passes = modes.passing_sets(self._env, self._tips, -1, False, passed)
-        waiting = [int(mask) for mask in passed[:passes]]
+        passes, _ = modes.passing_sets(self._env, self._tips, -1, False, passed, np.zeros(6))
+        waiting = [int(mask) for mask in passed[: max(passes, 0)]]
         met, found = set(waiting), []
         while waiting:
             mask = waiting.pop()

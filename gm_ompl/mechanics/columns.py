@@ -90,13 +90,13 @@ def load(rotation: Array, weight: float, U: Array) -> Array:
 def directions() -> Array:
     """Return the 76 directions l_i of Sec. 5, shape (76, 6).
 
-    The order is that of the paper: +e_1, -e_1, ..., -e_6, then the corners; corner c has the sign
-    - in coordinate j where bit j of c is set.
+    The order is +k e_1, -k e_1, ..., -k e_6, then the corners, (+, ..., +) first and the last
+    coordinate's sign changing fastest.
     """
     k = 2.0 * np.sqrt(3.0 - np.sqrt(6.0))
     axes = np.zeros((12, 6))
     for j in range(6):
         axes[2 * j, j], axes[2 * j + 1, j] = k, -k
-    bits = (np.arange(64)[:, None] >> np.arange(6)) & 1
+    bits = (np.arange(64)[:, None] >> np.arange(5, -1, -1)) & 1
     corners = (k / np.sqrt(6.0)) * (1.0 - 2.0 * bits)
     return np.concatenate([axes, corners])

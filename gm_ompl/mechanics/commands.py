@@ -11,10 +11,13 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.certificate import CLOSE, LITTLE, into_polar, proven, upper_bound
 from gm_ompl.mechanics.kelley import (
     MAX_CUTS,
     MAX_PASSES,
+    Cuts,
     add_cut,
+    heed,
     new_work,
     no_cuts,
     plant,
@@ -22,7 +25,6 @@ from gm_ompl.mechanics.kelley import (
     tightest,
     try_command,
 )
-from gm_ompl.mechanics.master import best_command
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import SOLVED, TROUBLE
 from gm_ompl.mechanics.stability import (
@@ -54,33 +56,43 @@ def _among(value: int, chosen: IntArray, count: int) -> bool:
 @inlined
 def _joint(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
-    met: IntArray, f: Array,
-) -> tuple[int, float, int]:  # fmt: skip
-    """z where cutting creeps: the last directions met in one program, more as they are violated."""
+    met: IntArray, w: Array, margin: float, f: Array,
+) -> tuple[int, float, int, float, float]:  # fmt: skip
+    """z where cutting creeps: the last directions met in one program, more as they are violated.
+
+    Returns:
+        How it ended, z, a direction, and proven bounds on z from below and from above.
+    """
     n, s = len(tips), tips.shape[1]
     m, N = 6 + n, 1 + len(env) + n * s + n
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, y = np.empty(m, dtype=np.int64), np.empty(m)
+    basis, y, kept = np.empty(m, dtype=np.int64), np.empty(m), np.empty((N, 2 * SIDES))
     chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
+    Y = np.empty((MAX_BLOCKS, 6))
     for K in range(len(met) - 1, -1, -1):
         if count < 1 + n and not _among(met[K], chosen, count):
             chosen[count] = met[K]
             count += 1
     while True:
-        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, f)
+        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, f, Y)
+        for k in range(count):
+            solved = solved and into_polar(env, w, margin, Y[k])
         if not solved:
-            return FAILED, 0.0, -1
+            return FAILED, 0.0, -1, 0.0, np.inf
+        U = upper_bound(q, tips, f_max, force, L, Y[:count])
         if below > 0.0 and z < below:
-            return BELOW, z, chosen[0]
+            return BELOW, z, chosen[0], 0.0, U
         if z <= ZERO:
-            return REACHED, 0.0, chosen[0]
+            return REACHED, 0.0, chosen[0], 0.0, U
         cost = fill(env, q, tips, f_max, force, f, raw)
         limit = (1.0 + 1e-9) / z
-        end, direction, _ = run_pass(raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y)
+        end, direction, _, v = run_pass(
+            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y, kept
+        )
         if end == SOLVED:
-            return REACHED, z, direction
+            return REACHED, z, direction, v, U
         if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
-            return FAILED, 0.0, direction
+            return FAILED, 0.0, direction, 0.0, U
         chosen[count] = direction
         count += 1
 
@@ -108,7 +120,8 @@ def _next_set(zs: Array, bounds: Array, below: float) -> int:
 @inlined
 def best_commands(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
-    first: Array, seed: Tableau, zs: Array, limiting: IntArray, commands: Array,
+    first: Array, w: Array, margin: float, seed: Tableau, zs: Array, limiting: IntArray,
+    commands: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the largest z among sets of modes, each with at least one force-controlled finger.
 
@@ -121,6 +134,8 @@ def best_commands(
         below: a threshold; where all z are proven smaller, stop.
         masks: (sets,), position-controlled fingers as bits, in order of preference.
         first: (6,), a wrench in the polar of the environment's cone whose cut may help, or zero.
+        w: (6,), a wrench that separates the environment's columns, with its
+        margin: see ``into_polar``.
         seed: the tableau of position control of all fingers, where passes begin, or UNUSED.
         zs: output (sets,): z where it may be the largest or tie with it, else -1.
         limiting: output (sets,): the directions that limit z.
@@ -128,44 +143,58 @@ def best_commands(
 
     Returns:
         REACHED (some z is at least ``below``), BELOW, UNBOUNDED or FAILED, with an upper bound on
-        all z.
+        all z. REACHED and BELOW are proven.
     """
     sets, n, top = len(masks), len(tips), -1.0
     work, cuts = new_work(sets, n, len(env), tips.shape[1]), no_cuts(f_max, masks, zs, commands)
-    force, caps = np.empty(n, dtype=np.bool_), np.empty(n)
+    force, caps, K = np.empty(n, dtype=np.bool_), np.empty(n), 0
     plant(seed, masks, work)
-    K = 1 if add_cut(q, tips, f_max, masks, force, L, first, cuts, 0) else 0
+    if add_cut(env, q, tips, f_max, masks, force, L, w, margin, first, cuts, 0):
+        K = 1
     while True:
         j = _next_set(zs, cuts.bounds, below)
         if j == sets:
             break
         nf = take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
         if cuts.heeded[j] < K:
-            z = best_command(cuts.h, cuts.c[j], cuts.slopes[j], K, caps, nf, cuts.trials[j])
-            cuts.bounds[j], cuts.heeded[j] = min(cuts.bounds[j], z), K
-            if z <= ZERO:
+            if heed(q, tips, f_max, force, L, caps[:nf], j, K, cuts) <= ZERO:
                 zs[j], cuts.bounds[j], limiting[j], top = 0.0, 0.0, cuts.met[K - 1], max(top, 0.0)
         elif cuts.passes[j] == MAX_PASSES or K == MAX_CUTS:
-            end, cuts.bounds[j], limiting[j] = _joint(
+            end, cuts.bounds[j], limiting[j], cuts.held[j], cuts.proven[j] = _joint(
                 env, q, tips, f_max, force, L, max(below, top * (1.0 - 2.0 * TIE)), cuts.met[:K],
-                commands[j],
+                w, margin, commands[j],
             )  # fmt: skip
             if end == FAILED:
-                return FAILED, 0.0
+                return FAILED, np.inf
             if end == REACHED:
                 zs[j], top = cuts.bounds[j], max(top, cuts.bounds[j])
         else:
             end = try_command(env, q, tips, f_max, force, L, j, cuts, commands, work)
             if end == TROUBLE:
-                return FAILED, 0.0
+                return FAILED, np.inf
             if end == SOLVED and cuts.bounds[j] < np.inf:
                 zs[j], which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
                 limiting[j], top = cuts.met[which], max(top, zs[j])
-            elif not add_cut(q, tips, f_max, masks, force, L, work.y, cuts, K):
+            elif not add_cut(env, q, tips, f_max, masks, force, L, w, margin, work.y, cuts, K):
                 return UNBOUNDED, np.inf
             else:
                 K += 1
-    bound = top
-    for j in range(sets):
-        bound = max(bound, cuts.bounds[j])
-    return (REACHED if top >= below else BELOW), bound
+    return _proven(zs, cuts, top, below)
+
+
+@inlined
+def _proven(zs: Array, cuts: Cuts, top: float, below: float) -> tuple[int, float]:
+    """Return how the search over sets ended, if every set is proven to be what it is taken for.
+
+    That is: as good as ``top`` within a tie, where it may be chosen; no better, else.
+    """
+    bound, most = 0.0, top + TIE * top + CLOSE * max(top, LITTLE)
+    for j in range(len(zs)):
+        bound = max(bound, cuts.proven[j])
+    if top < below:
+        return BELOW if bound < below else FAILED, bound
+    sure = bound <= most
+    for j in range(len(zs)):
+        if zs[j] > 0.0 and zs[j] >= top * (1.0 - TIE):
+            sure = sure and proven(cuts.held[j], zs[j])
+    return REACHED if sure else FAILED, bound

@@ -31,10 +31,10 @@ def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> 
     """Return the ModeDecision of an exact kernel answer, forces in the units of ``f_com``.
 
     Raises:
-        SolverError: the kernel gave up.
+        SolverError: the kernel found no proof.
     """
     if end not in OUTCOMES:
-        raise SolverError("the mechanics kernel found neither a mode decision nor a proof")
+        raise SolverError("the mechanics kernel found no mode decision that it can prove")
     if end != modes.STABLE:
         return ModeDecision(OUTCOMES[end], -np.inf)
     forces: list[float | None] = f_com.tolist()
@@ -86,7 +86,7 @@ def decide_instant(
     """Decide Sec. 3.4 for one instant, exactly.
 
     Raises:
-        SolverError: the kernel gave up.
+        SolverError: the kernel found no proof.
     """
     env, q, tips, f_max = instant_columns(instant)
     f_com = np.zeros(len(f_max))

@@ -1,8 +1,9 @@
 """Problem (5), compiled: can internal force grow without bound?
 
 It can where some k >= 0, sum k = 1, has W C k = 0: where the hull of the unit columns holds the
-origin. Wolfe's algorithm finds the hull's point of least norm: either its norm is below the
-convention's 1e-9 (the coefficients are the ray), or the point itself separates strictly.
+origin. Wolfe's algorithm (Finding the nearest point in a polytope, Mathematical Programming 11,
+1976, doi:10.1007/BF01580381) walks towards the hull's point of least norm. Each step offers both
+kinds of proof: a wrench that may separate all columns strictly, and coefficients that may cancel.
 """
 
 from __future__ import annotations
@@ -14,17 +15,31 @@ from gm_ompl.compilation import compiled
 
 RESIDUAL = 1e-9
 """A residual |W C k| below this at sum k = 1 counts as internal force (convention)."""
-_GAP = 1e-12
+OPTIMAL = 1e-13
+"""No column lies further than this below the plane through the hull's point of least norm."""
+CLEAR = 0.1
+"""A wrench that separates by this share of the hull's distance, or more, will do."""
+MAX_STEPS = 500
+
+PASSES, FAILS, MARGINAL = 0, 1, 2
+"""Verdicts: a wrench separates by more than RESIDUAL; coefficients cancel to less than that;
+neither is proven."""
 
 
 @compiled
-def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array) -> None:
-    """Write the weights (sum 1) of the least-norm point of the affine hull of chosen points."""
+def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array, x: Array) -> float:
+    """Write the weights (sum 1) of the least-norm point of the affine hull of chosen points.
+
+    ``x`` (6,) gets the unit normal from the origin to the hull; its distance is returned. The
+    normal is made orthogonal anew after it is scaled: it is right to rounding even where the
+    distance is tiny.
+    """
     k = count - 1
     Q = np.empty((k, 6))
     R = np.zeros((k, k))
     rhs = np.empty(k)
-    residual = P[chosen[0]].copy()
+    for t in range(6):
+        x[t] = P[chosen[0], t]
     for i in range(k):
         for t in range(6):
             Q[i, t] = P[chosen[i + 1], t] - P[chosen[0], t]
@@ -45,10 +60,10 @@ def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array) -> N
         dot = 0.0
         for t in range(6):
             Q[i, t] /= norm
-            dot += Q[i, t] * residual[t]
+            dot += Q[i, t] * x[t]
         rhs[i] = -dot
         for t in range(6):
-            residual[t] -= dot * Q[i, t]
+            x[t] -= dot * Q[i, t]
     total = 0.0
     for i in range(k - 1, -1, -1):
         value = rhs[i]
@@ -57,6 +72,23 @@ def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array) -> N
         weights[i + 1] = value / R[i, i]
         total += weights[i + 1]
     weights[0] = 1.0 - total
+    for _ in range(2):
+        norm = 0.0
+        for t in range(6):
+            norm += x[t] * x[t]
+        norm = max(np.sqrt(norm), 1e-300)
+        for t in range(6):
+            x[t] /= norm
+        for j in range(k):
+            dot = 0.0
+            for t in range(6):
+                dot += Q[j, t] * x[t]
+            for t in range(6):
+                x[t] -= dot * Q[j, t]
+    distance = 0.0
+    for t in range(6):
+        distance += x[t] * P[chosen[0], t]
+    return distance
 
 
 @compiled
@@ -80,78 +112,87 @@ def _shrink(chosen: IntArray, count: int, lam: Array, weights: Array) -> int:
 
 
 @compiled
-def least_norm_point(P: Array, K: int, x: Array) -> float:
-    """Return the distance of the origin from the hull of P's first K rows (6 wide).
-
-    ``x`` (6,) gets the point of least norm. The distance is an upper bound up to rounding; where
-    it is not below RESIDUAL, min_j x . P_j > 0 holds for the caller to verify.
-    """
-    chosen = np.empty(8, dtype=np.int64)
-    lam = np.empty(8)
-    weights = np.empty(8)
-    chosen[0], lam[0], count = 0, 1.0, 1
-    for t in range(6):
-        x[t] = P[0, t]
-    for _ in range(500):
-        square, low, j = 0.0, np.inf, -1
+def _lowest(P: Array, K: int, x: Array) -> tuple[float, int]:
+    """Return the least x . P_j of P's first K rows, and whose it is."""
+    low, which = np.inf, -1
+    for i in range(K):
+        dot = 0.0
         for t in range(6):
-            square += x[t] * x[t]
-        norm = np.sqrt(square)
-        for i in range(K):
-            dot = 0.0
-            for t in range(6):
-                dot += x[t] * P[i, t]
-            if dot < low:
-                low, j = dot, i
-        if norm < 0.01 * RESIDUAL or low >= square - _GAP * norm or count == 7:
-            return norm
+            dot += x[t] * P[i, t]
+        if dot < low:
+            low, which = dot, i
+    return low, which
+
+
+@compiled
+def _cancels(P: Array, chosen: IntArray, count: int, lam: Array) -> bool:
+    """Whether the coefficients (sum 1) leave less than RESIDUAL of the columns."""
+    square = 0.0
+    for t in range(6):
+        rest = 0.0
+        for i in range(count):
+            rest += lam[i] * P[chosen[i], t]
+        square += rest * rest
+    return square < RESIDUAL * RESIDUAL
+
+
+@compiled
+def separate(P: Array, K: int, x: Array) -> tuple[int, float]:
+    """Judge whether the cone spanned by P's first K rows (unit, 6 wide) holds internal force.
+
+    Args:
+        P: (at least K, 6), unit columns as rows.
+        K: their number.
+        x: output (6,), where the cone passes: a wrench of norm at most 1 with
+            x . P_j >= margin > RESIDUAL for all j.
+
+    Returns:
+        PASSES, FAILS (coefficients were found that cancel), or MARGINAL; and the margin.
+    """
+    for t in range(6):
+        x[t] = 0.0
+    if K == 0:
+        return PASSES, 1.0
+    for i in range(K):
+        for t in range(6):
+            x[t] += P[i, t]
+    square = 0.0
+    for t in range(6):
+        square += x[t] * x[t]
+    size = max(np.sqrt(square), 1e-300)
+    for t in range(6):
+        x[t] /= size
+    low, j = _lowest(P, K, x)
+    if low > 0.05:  # the mean separates; most contact states are this clear
+        return PASSES, low
+    return _walk(P, K, j, x)
+
+
+@compiled
+def _walk(P: Array, K: int, first: int, x: Array) -> tuple[int, float]:
+    """Wolfe's algorithm from column ``first``; arguments and answers as for ``separate``."""
+    chosen, lam, weights = np.empty(8, dtype=np.int64), np.empty(8), np.empty(8)
+    chosen[0], lam[0], count = first, 1.0, 1
+    distance = _affine_minimum(P, chosen, 1, weights, x)
+    for _ in range(MAX_STEPS):
+        low, j = _lowest(P, K, x)
+        nearest = low >= distance - OPTIMAL or count == 7
+        if low > RESIDUAL and (nearest or low > CLEAR * distance):
+            return PASSES, low
+        if nearest:
+            break
         chosen[count], lam[count] = j, 0.0
         count += 1
         while True:
-            _affine_minimum(P, chosen, count, weights)
+            distance = _affine_minimum(P, chosen, count, weights, x)
             least = np.inf
             for i in range(count):
                 least = min(least, weights[i])
             if least > 1e-14 or count == 1:
                 break
             count = _shrink(chosen, count, lam, weights)
-        for t in range(6):
-            x[t] = 0.0
         for i in range(count):
             lam[i] = weights[i]
-            for t in range(6):
-                x[t] += lam[i] * P[chosen[i], t]
-    return norm
-
-
-@compiled
-def excessive(P: Array, K: int) -> bool:
-    """Whether the cone spanned by P's first K rows (unit, 6 wide) holds internal force.
-
-    Marginal cases (no strict separation found either) count as internal force.
-    """
-    if K == 0:
-        return False
-    x = np.zeros(6)
-    for i in range(K):
-        for t in range(6):
-            x[t] += P[i, t]
-    size = 0.0
-    for t in range(6):
-        size += x[t] * x[t]
-    size = np.sqrt(size)
-    for attempt in range(2):
-        low = np.inf
-        for i in range(K):
-            dot = 0.0
-            for t in range(6):
-                dot += x[t] * P[i, t]
-            low = min(low, dot)
-        if low > 0.05 * size or (attempt == 1 and low > RESIDUAL * size):
-            return False  # x separates: x . column > 0 for all
-        if attempt == 1:
-            return True
-        size = least_norm_point(P, K, x)
-        if size < RESIDUAL:
-            return True
-    return True
+        if _cancels(P, chosen, count, lam):
+            return FAILS, 0.0
+    return MARGINAL, 0.0

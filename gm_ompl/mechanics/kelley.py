@@ -1,5 +1,8 @@
 """Kelley's cutting planes over f_com, compiled: what they keep, and one trial.
 
+The method: Kelley, The cutting-plane method for solving convex programs, J. SIAM 8, 1960,
+doi:10.1137/0108053.
+
 Infeasible directions give cuts as well (with a right-hand side <= 0 at the trial point), so thin
 ranges of feasible f_com need no special care.
 """
@@ -12,6 +15,8 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
+from gm_ompl.mechanics.certificate import into_polar, upper_bound
+from gm_ompl.mechanics.master import best_command
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import NO_TAU
 from gm_ompl.mechanics.stability import Tableau, cut, fill, run_pass
@@ -36,22 +41,28 @@ class Cuts(NamedTuple):
     """Kelley's cuts h_P(y) z <= c + slopes . f_com, each with its form for every set of modes.
 
     Attributes:
+        wrenches: (MAX_CUTS, 6), each y.
         h: (MAX_CUTS,), h_P(y).
         met: (MAX_CUTS,), the directions with l_i . y = h_P(y).
         c: (sets, MAX_CUTS).
         slopes: (sets, MAX_CUTS, n), a column per force-controlled finger, the rest unused.
         heeded: (sets,), how many cuts the set's bound and trial heed.
         bounds: (sets,), the largest z that they allow.
+        proven: (sets,), the same, as the wrenches prove it.
+        held: (sets,), what z is at least at the f_com found.
         trials: (sets, n), f_com that allows it, an entry per force-controlled finger.
         passes: (sets,), how often a trial was put to the directions.
     """
 
+    wrenches: Array
     h: Array
     met: IntArray
     c: Array
     slopes: Array
     heeded: IntArray
     bounds: Array
+    proven: Array
+    held: Array
     trials: Array
     passes: IntArray
 
@@ -67,6 +78,7 @@ class Work(NamedTuple):
         tau: (sets, m), the raw tau column of the last pass.
         change: (m,), what f_com's step adds to it.
         y: (m,), duals.
+        kept: (N, 76), what resists each direction.
     """
 
     raw: Array
@@ -76,6 +88,7 @@ class Work(NamedTuple):
     tau: Array
     change: Array
     y: Array
+    kept: Array
 
 
 @compiled
@@ -86,6 +99,7 @@ def new_work(sets: int, n: int, e: int, s: int) -> Work:
     return Work(
         np.empty((m, N)), np.empty((sets, m, W)), np.empty((sets, W)),
         np.empty((sets, m), dtype=np.int64), np.empty((sets, m)), np.empty(m), np.empty(m),
+        np.empty((N, 2 * SIDES)),
     )  # fmt: skip
 
 
@@ -160,9 +174,9 @@ def no_cuts(f_max: Array, masks: IntArray, zs: Array, commands: Array) -> Cuts:
                 trials[j, nf] = 0.5 * f_max[i]
                 nf += 1
     return Cuts(
-        np.empty(MAX_CUTS), np.empty(MAX_CUTS, dtype=np.int64), np.empty((sets, MAX_CUTS)),
-        np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64), bounds, trials,
-        np.zeros(sets, dtype=np.int64),
+        np.empty((MAX_CUTS, 6)), np.empty(MAX_CUTS), np.empty(MAX_CUTS, dtype=np.int64),
+        np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64),
+        bounds, bounds.copy(), np.zeros(sets), trials, np.zeros(sets, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -183,10 +197,12 @@ def take_up(
 
 @compiled
 def add_cut(
-    q: Array, tips: Array, f_max: Array, masks: IntArray, force: BoolArray, L: Array, y: Array,
-    cuts: Cuts, K: int,
+    env: Array, q: Array, tips: Array, f_max: Array, masks: IntArray, force: BoolArray, L: Array,
+    w: Array, margin: float, y: Array, cuts: Cuts, K: int,
 ) -> bool:  # fmt: skip
-    """Add y's cut as number K, for all sets: y is in the polar of the environment's cone.
+    """Add y's cut as number K, for all sets, moved into the polar of the environment's cone.
+
+    ``w`` and ``margin`` are those of ``into_polar``.
 
     Returns:
         False where y is nothing, so that z = +inf.
@@ -194,11 +210,11 @@ def add_cut(
     size = 0.0
     for t in range(6):
         size = max(size, abs(y[t]))
-    if size <= NO_TAU:
-        return False
-    unit = np.empty(6)
+    unit = cuts.wrenches[K]
     for t in range(6):
         unit[t] = y[t] / size
+    if size <= NO_TAU or not into_polar(env, w, margin, unit):
+        return False
     cuts.h[K] = 0.0
     for i in range(len(L)):
         dot = 0.0
@@ -212,12 +228,33 @@ def add_cut(
     return True
 
 
+@compiled
+def heed(
+    q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, caps: Array, j: int, K: int,
+    cuts: Cuts,
+) -> float:  # fmt: skip
+    """Let set j heed K cuts: its next trial and its bound on z, which is returned.
+
+    ``caps`` are the limits of the force-controlled fingers.
+    """
+    nf = len(caps)
+    which, weights, Y = np.empty(1 + nf, np.int64), np.empty(1 + nf), np.zeros((1 + nf, 6))
+    z = best_command(cuts.h, cuts.c[j], cuts.slopes[j], K, caps, nf, cuts.trials[j], which, weights)
+    for k in range(1 + nf):
+        if which[k] >= 0:
+            for t in range(6):
+                Y[k, t] = weights[k] * cuts.wrenches[which[k], t]
+    cuts.bounds[j], cuts.heeded[j] = min(cuts.bounds[j], z), K
+    cuts.proven[j] = min(cuts.proven[j], upper_bound(q, tips, f_max, force, L, Y))
+    return z
+
+
 @inlined
 def try_command(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, j: int,
     cuts: Cuts, commands: Array, work: Work,
 ) -> int:  # fmt: skip
-    """Try set j's f_com: SOLVED where z reaches its bound, else ``work.y`` proves less.
+    """Try set j's f_com: SOLVED where z is proven to reach its bound, else ``work.y`` proves less.
 
     While nothing bounds z a look at the directions will do.
     """
@@ -231,8 +268,8 @@ def try_command(
     limit, enough = (1.0 / aim, 1.0 / aim) if aim > 0.0 else (np.inf, 0.0)
     patience = NEVER if bound < np.inf else FIRST_LOOK
     warm = tried % FRESH > 0 or (tried == 0 and work.basis[j, 0] != UNUSED)
-    end, _, _ = run_pass(
+    end, _, _, cuts.held[j] = run_pass(
         work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, warm, limit, enough,
-        patience, work.y,
+        patience, work.y, work.kept,
     )  # fmt: skip
     return end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 
 _TOLERANCE = 1e-12
@@ -51,11 +51,15 @@ def _bring_in(T: Array, cost: Array, m: int, W: int, r: int, j: int) -> None:
 
 
 @compiled
-def best_command(h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: Array) -> float:
+def best_command(
+    h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: Array, which: IntArray,
+    weights: Array,
+) -> float:  # fmt: skip
     """Return the largest z under K cuts and write the f (n,) that reaches it.
 
     Solved by the primal simplex on the dual program, which has only 1 + n rows; f and z are its
-    multipliers, read from the reduced costs of nu and its slack.
+    multipliers, read from the reduced costs of nu and its slack. Its variables are the weights of
+    the cuts that prove z: ``which`` (1 + n,) gets those cuts, -1 for none, and ``weights`` theirs.
     """
     m, N = 1 + n, K + 2 * n
     W = N + 1
@@ -66,8 +70,10 @@ def best_command(h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: 
         if c[j] * h[first] < c[first] * h[j]:
             first = j
     _bring_in(T, cost, m, W, 0, first)
+    which[0] = first
     for i in range(n):
-        _bring_in(T, cost, m, W, 1 + i, K + i if s[first, i] >= 0.0 else K + n + i)
+        which[1 + i] = K + i if s[first, i] >= 0.0 else K + n + i
+        _bring_in(T, cost, m, W, 1 + i, which[1 + i])
     for step in range(_MAX_STEPS):
         bland = step > _DANTZIG_STEPS
         best, j = -_TOLERANCE, -1
@@ -85,6 +91,11 @@ def best_command(h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: 
         if r < 0:
             break
         _bring_in(T, cost, m, W, r, j)
+        which[r] = j
+    for i in range(m):
+        weights[i] = max(T[i, N], 0.0)
+        if which[i] >= K:
+            which[i] = -1
     for i in range(n):
         f[i] = min(max(cost[K + n + i], 0.0), f_max[i])
     return -cost[N]

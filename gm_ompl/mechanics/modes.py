@@ -13,22 +13,22 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
+from gm_ompl.mechanics.certificate import separates_environment
 from gm_ompl.mechanics.commands import TIE, best_commands
-from gm_ompl.mechanics.internal_force import excessive
+from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
 from gm_ompl.mechanics.kelley import UNUSED
 from gm_ompl.mechanics.stability import (
     BELOW,
     REACHED,
-    UNBOUNDED,
     Tableau,
     equilibrium,
     new_tableau,
     position_margin,
 )
 
-STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, TROUBLE, UNLIMITED = 0, 1, 2, 3, 4, 5
-"""Ends of a decision; UNDER: z is proven smaller than the threshold, and a bound is returned;
-UNLIMITED: z = +inf, which no set that passes (5) has."""
+STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, UNPROVEN = 0, 1, 2, 3, 4
+"""Ends of a decision, all proven but the last: UNDER: z is smaller than the threshold, and a bound
+is returned; UNPROVEN: no answer came with a proof."""
 
 
 @compiled
@@ -95,44 +95,62 @@ def preference(n: int, previous: int) -> IntArray:
 
 
 @compiled
-def passing_sets(env: Array, tips: Array, previous: int, not_all: bool, passed: IntArray) -> int:
+def passing_sets(
+    env: Array, tips: Array, previous: int, not_all: bool, passed: IntArray, w: Array
+) -> tuple[int, float]:
     """Write the largest sets that pass Problem (5), preferred first; return their number.
 
-    ``not_all`` says that all fingers together are known not to pass.
+    Args:
+        env: (e, 6), the environment's columns.
+        tips: (n, s, 6), the fingers' columns.
+        previous: mask of the previous segment, preferred among equals; -1 for none.
+        not_all: all fingers together are known not to pass.
+        passed: output (sets,).
+        w: output (6,), a wrench that separates the columns of one of these sets, the environment's
+            among them.
+
+    Returns:
+        How many pass, -1 where Problem (5) is too close to call for some set; and the margin by
+        which ``w`` separates, see ``into_polar``.
     """
     n = len(tips)
     order = preference(n, previous)
-    P = np.empty((len(env) + n * tips.shape[1], 6))
-    passes = 0
+    P, x = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6)
+    passes, widest = 0, 0.0
     for mask in order:
         covered = not_all and mask == (1 << n) - 1
         for j in range(passes):
             covered = covered or (mask & passed[j]) == mask
         if covered:
             continue
-        if excessive(P, unit_columns(env, tips, mask, P)):
+        end, margin = separate(P, unit_columns(env, tips, mask, P), x)
+        if end == MARGINAL:
+            return -1, 0.0
+        if end == FAILS:
             continue
         passed[passes] = mask
         passes += 1
-    return passes
+        if margin > widest:
+            widest = margin
+            for t in range(6):
+                w[t] = x[t]
+    return passes, widest
 
 
 @inlined
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, first: Array, seed: Tableau, f_com: Array,
+    passed: IntArray, first: Array, w: Array, margin: float, seed: Tableau, f_com: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
     count = len(passed)
     zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
     commands = np.empty((count, len(tips)))
     end, bound = best_commands(
-        env, q, tips, f_max, L, below, passed, first, seed, zs, limiting, commands
+        env, q, tips, f_max, L, below, passed, first, w, margin, seed, zs, limiting, commands
     )
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
-    if end == UNBOUNDED:
-        return UNLIMITED, np.inf, -1, 0
     if end == REACHED:
         top = 0.0
         for j in range(count):
@@ -142,7 +160,7 @@ def _best_set(
                 for i in range(len(f_com)):
                     f_com[i] = commands[j, i]
                 return STABLE, zs[j], limiting[j], passed[j]
-    return TROUBLE, 0.0, -1, 0
+    return UNPROVEN, np.inf, -1, 0
 
 
 @compiled
@@ -150,7 +168,7 @@ def decide(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
     below: float, previous: int, only: int, f_com: Array, y: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4 for fingers at some of their placements.
+    """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
 
     Args:
         env: (e, 6), the environment's columns.
@@ -162,7 +180,7 @@ def decide(
         L: (76, 6), the directions.
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
-        only: mask of the one set to consider, whether it passes (5) or not; -1 for all.
+        only: mask of the one set to consider, which must pass (5); -1 for all.
         f_com: output (n,): commands of the force-controlled fingers.
         y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
             any modes and, as a cut, for any placements; zero where there is none.
@@ -173,35 +191,44 @@ def decide(
     n = len(hand)
     everyone = (1 << n) - 1
     tips, limits = at_placements(table, hand, rows, f_max)
-    P = np.empty((len(env) + n * tips.shape[1], 6))
-    tight = only == everyone
-    if only < 0:
-        tight = not excessive(P, unit_columns(env, tips, everyone, P))
+    P, w = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6)
+    end, margin = separate(P, unit_columns(env, tips, everyone if only < 0 else only, P), w)
     for i in range(n):
         f_com[i] = 0.0
     for t in range(6):
         y[t] = 0.0
+    if end == MARGINAL or (end == FAILS and only >= 0):
+        return UNPROVEN, np.inf, -1, 0
+    tight = end == PASSES and (only < 0 or only == everyone)
+    if end == FAILS:
+        margin = separates_environment(env, w)
     z, direction, mask = 0.0, -1, everyone
     tableau = new_tableau(n, len(env), tips.shape[1])
     tableau.basis[0] = UNUSED
     if only < 0 or tight:
-        end, z, direction = position_margin(env, q, tips, limits, L, below, tight, tableau, y)
+        end, z, direction = position_margin(
+            env, q, tips, limits, L, below, tight, tableau, w, margin, y
+        )
         if end == BELOW:
             return UNDER, z, direction, everyone
         if tight and end != REACHED:
-            return UNLIMITED if end == UNBOUNDED else TROUBLE, z, -1, 0
+            return UNPROVEN, np.inf, -1, 0
     if not tight:
         passed, passes = np.empty(1 << n, dtype=np.int64), 1
         passed[0] = only
         if only < 0:
-            passes = passing_sets(env, tips, previous, True, passed)
-        if passes == 0:
-            return INTERNAL_FORCE, -np.inf, -1, 0
+            passes, margin = passing_sets(env, tips, previous, True, passed, w)
+        if passes <= 0:
+            return INTERNAL_FORCE if passes == 0 else UNPROVEN, -np.inf, -1, 0
         end, z, direction, mask = _best_set(
-            env, q, tips, limits, L, below, passed[:passes], y, tableau, f_com
+            env, q, tips, limits, L, below, passed[:passes], y, w, margin, tableau, f_com
         )
         if end != STABLE:
             return end, z, direction, mask
-    if z <= 0.0 and not equilibrium(env, q, tips, limits, L, f_com):
+    if z < 0.0:
         return NO_EQUILIBRIUM, -np.inf, -1, 0
+    if z <= 0.0:
+        end = equilibrium(env, q, tips, limits, L, w, margin, f_com)
+        if end != REACHED:
+            return NO_EQUILIBRIUM if end == BELOW else UNPROVEN, -np.inf, -1, 0
     return STABLE, max(z, 0.0), direction, mask

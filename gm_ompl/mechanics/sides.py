@@ -1,6 +1,6 @@
 """The right-hand sides of all 76 directions on one tableau.
 
-They are +e_1..+e_6 and the corners with + in the last coordinate: opposite directions have
+They are +e_1..+e_6 and the corners with + in the first coordinate: opposite directions have
 opposite basic solutions. A direction is coded 2 j for side j, 2 j + 1 for its opposite. Column 0 of
 a tableau is tau.
 """

@@ -81,25 +81,39 @@ def _keep(
     T: Array, basis: IntArray, m: int, N: int, column: int, code: int, kept: Array,
     has: BoolArray, balance: Array,
 ) -> None:  # fmt: skip
-    """Remember a solved direction; with its opposite it makes a balance (right-hand side 0)."""
+    """Keep a solved direction; with its opposite it makes a balance (right-hand side 0)."""
     sign = -1.0 if code % 2 else 1.0
-    for j in range(N):
-        kept[code, j] = 0.0
     for r in range(m):
         if basis[r] < N:
-            kept[code, basis[r]] = max(sign * T[r, column], 0.0)
+            kept[basis[r], code] = max(sign * T[r, column], 0.0)
     has[code] = True
     if has[code ^ 1]:
         for j in range(N):
-            balance[j] += kept[code, j] + kept[code ^ 1, j]
+            balance[j] += kept[j, code] + kept[j, code ^ 1]
+
+
+@inlined
+def _keep_bounded(
+    T: Array, basis: IntArray, m: int, N: int, column: int, code: int, kept: Array,
+    balance: Array, times: float,
+) -> None:  # fmt: skip
+    """Keep a direction that its basic solution resists with the balance added ``times``."""
+    sign = -1.0 if code % 2 else 1.0
+    for j in range(N):
+        if balance[j] > 0.0:
+            kept[j, code] = times * balance[j]
+    for r in range(m):
+        if basis[r] < N:
+            kept[basis[r], code] += sign * T[r, column]
 
 
 @inlined
 def _close_bounded(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, cost: float, balance: Array,
-    enough: float, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, weights: Array,
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, cost: float,
+    balance: Array, enough: float, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array,
+    weights: Array, kept: Array,
 ) -> None:  # fmt: skip
-    """Close the directions that the balance proves to have tau <= enough.
+    """Close the directions that the balance proves to have tau <= enough, and keep why.
 
     The basic solution of a direction plus a multiple of the balance resists that direction too,
     once the sum is nowhere negative.
@@ -109,10 +123,17 @@ def _close_bounded(
         share = per_tau * balance[basis[r]] if basis[r] < N else 0.0
         weights[r] = 1.0 / max(share, 1e-9)
     _extremes(T, basis, m, N, S, weights, lo, hi)
-    costs = d[N + m : N + m + S]
+    first = N + m
+    costs = d[first : first + S]
     for s in range(S):
-        ahead[s] = ahead[s] & (-lo[s] - costs[s] > enough)
-        behind[s] = behind[s] & (hi[s] + costs[s] > enough)
+        if ahead[s] and -lo[s] - costs[s] <= enough:
+            ahead[s] = False
+            _keep_bounded(T, basis, m, N, first + s, 2 * slots[s], kept, balance, -lo[s] * per_tau)
+        if behind[s] and hi[s] + costs[s] <= enough:
+            behind[s] = False
+            _keep_bounded(
+                T, basis, m, N, first + s, 2 * slots[s] + 1, kept, balance, hi[s] * per_tau
+            )
 
 
 @inlined
@@ -181,8 +202,8 @@ def _close_solved(
 
 @inlined
 def _step(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, now: int, bland: bool,
-    x: Array, y: Array, room: Array,
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, now: int, least: float,
+    bland: bool, x: Array, y: Array, room: Array,
 ) -> int:  # fmt: skip
     """Pivot towards a direction; where nothing resists it, ``y`` (m,) gets the ray that proves it.
 
@@ -199,7 +220,7 @@ def _step(
     if r < 0:
         return TROUBLE
     sign = 1.0 if x[r] < 0.0 else -1.0
-    c = entering(T, d, N, r, sign, bland, room)
+    c = entering(T, d, N, r, sign, least, bland, room)
     if c < 0:
         for i in range(m):
             y[i] = -sign * T[r, N + i]
@@ -211,7 +232,7 @@ def _step(
 @compiled
 def search_directions(
     T: Array, d: Array, basis: IntArray, m: int, N: int, cost: float, limit: float,
-    enough: float, patience: int, bland: bool, y: Array,
+    enough: float, patience: int, least: float, bland: bool, y: Array, kept: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Find the direction with the largest tau, or one whose tau is large enough.
 
@@ -227,9 +248,11 @@ def search_directions(
         enough: a tau that is proven to stay within this need not be known; 0 for the largest
             tau exactly.
         patience: pivots after which the worst direction so far will do.
+        least: the smallest entry accepted as a pivot.
         bland: use Bland's rule throughout, the slow and sure one.
         y: output (m,): the duals that prove the tau returned (y . l_i = tau), or the ray with
             y . l_i > 0 where a direction is infeasible.
+        kept: output (N, 76), by code: what resists each direction, where all were found.
 
     Returns:
         How the pass ended, the direction, its tau.
@@ -240,7 +263,7 @@ def search_directions(
     ones, weights, x, balance, room = (
         np.ones(m), np.empty(m), np.empty(m), np.zeros(N), np.empty(N),
     )  # fmt: skip
-    kept = np.empty((2 * SIDES, N))
+    kept[:, :] = 0.0
     now, worst, worst_tau, here, first, S = -1, -1, -1.0, 0, N + m, len(slots)
     for step in range(MAX_STEPS + MORE_STEPS * N):
         _extremes(T, basis, m, N, S, ones, lo, hi)
@@ -253,18 +276,19 @@ def search_directions(
                 y[r] = -d[N + r]
         if worst_tau > limit or (step >= patience and worst_tau > NO_TAU):
             return EXCEEDED, number(worst), worst_tau
-        least = max(worst_tau, enough)
         if balance[0] > 0.0:
             _close_bounded(
-                T, d, basis, m, N, S, cost, balance, least, ahead, behind, lo, hi, weights
-            )
+                T, d, basis, m, N, S, slots, cost, balance, max(worst_tau, enough), ahead, behind,
+                lo, hi, weights, kept,
+            )  # fmt: skip
         if now < 0 or not (behind[now // 2] if now % 2 else ahead[now // 2]):
             S = _drop_closed(T, d, m, first, S, slots, ahead, behind)
             if S == 0:
                 return SOLVED, number(worst), worst_tau
             now, here = _choose(d[first : first + S], S, ahead, behind, lo), 0
         here += 1
-        end = _step(T, d, basis, m, N, S, now, bland or here > DANTZIG_STEPS + N, x, y, room)
+        slow = bland or here > DANTZIG_STEPS + N
+        end = _step(T, d, basis, m, N, S, now, least, slow, x, y, room)
         if end != SOLVED:
             return end, number(2 * slots[now // 2] + now % 2), np.inf
     return TROUBLE, -1, 0.0

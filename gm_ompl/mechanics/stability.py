@@ -15,11 +15,20 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
+from gm_ompl.mechanics.certificate import (
+    CLOSE,
+    into_polar,
+    lower_bound,
+    proven,
+    support,
+    upper_bound,
+)
 from gm_ompl.mechanics.sides import SIDES, drift, move_tau, refactor, start
 from gm_ompl.mechanics.simplex import (
     EXCEEDED,
     INFEASIBLE,
     NO_TAU,
+    SOLVED,
     TROUBLE,
     search_directions,
 )
@@ -30,7 +39,13 @@ A_LOOK = 24
 DRIFT = 1e-9
 """Error of a basis' inverse beyond which its tableau is not trusted."""
 ATTEMPTS = 4
-"""Passes over the directions until a tableau can be trusted, the last by Bland's rule."""
+"""Passes over the directions until one proves its answer: as the tableau stands, factored anew,
+and twice from the beginning, the last by Bland's rule, with"""
+PIVOTS = (1e-9, 1e-9, 1e-6, 1e-7)
+"""the smallest pivots that each accepts: where columns depend on each other almost, small pivots
+let rounding grow, and what they would gain is smaller still."""
+BALANCED = 1e-9
+"""Forces that balance the load up to this (over force_scale) are in equilibrium (convention)."""
 
 REACHED, BELOW, UNBOUNDED, FAILED = 0, 1, 2, 3
 """z found; z proven below the threshold; z = +inf; numerical trouble."""
@@ -44,12 +59,14 @@ class Tableau(NamedTuple):
         T: (m, W), the tableau.
         d: (W,), reduced costs.
         basis: (m,).
+        kept: (N, 76), what resists each direction.
     """
 
     raw: Array
     T: Array
     d: Array
     basis: IntArray
+    kept: Array
 
 
 @compiled
@@ -57,7 +74,10 @@ def new_tableau(n: int, e: int, s: int) -> Tableau:
     """Return room for the tau program of n fingers of s columns, e columns of the environment."""
     m, N = 6 + n, 1 + e + n * s + n
     W = N + m + SIDES
-    return Tableau(np.empty((m, N)), np.empty((m, W)), np.empty(W), np.empty(m, dtype=np.int64))
+    return Tableau(
+        np.empty((m, N)), np.empty((m, W)), np.empty(W), np.empty(m, dtype=np.int64),
+        np.empty((N, 2 * SIDES)),
+    )  # fmt: skip
 
 
 @compiled
@@ -89,18 +109,6 @@ def fill(
 
 
 @compiled
-def support(tips: Array, i: int, y: Array) -> float:
-    """Return sigma, the largest b_k . y of finger i's unit-normal-force columns."""
-    best = -np.inf
-    for k in range(tips.shape[1]):
-        dot = 0.0
-        for t in range(6):
-            dot += tips[i, k, t] * y[t]
-        best = max(best, dot)
-    return best
-
-
-@compiled
 def cut(q: Array, tips: Array, f_max: Array, force: BoolArray, y: Array, slopes: Array) -> float:
     """Return the constant c of the cut h z <= c + slopes . f that y gives (h = l_i . y).
 
@@ -122,8 +130,8 @@ def cut(q: Array, tips: Array, f_max: Array, force: BoolArray, y: Array, slopes:
 @compiled
 def run_pass(
     raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, change: Array,
-    warm: bool, limit: float, enough: float, patience: int, y: Array,
-) -> tuple[int, int, float]:  # fmt: skip
+    warm: bool, limit: float, enough: float, patience: int, y: Array, kept: Array,
+) -> tuple[int, int, float, float]:  # fmt: skip
     """Search the directions for raw columns (m, N); see ``search_directions``.
 
     Args:
@@ -139,35 +147,38 @@ def run_pass(
         enough: likewise.
         patience: likewise.
         y: output, likewise.
+        kept: output, likewise.
+
+    Returns:
+        As ``search_directions``, and where all directions are resisted the proven z, at least
+        1 / max(tau, enough) but for CLOSE; else 0.
     """
     m, N = raw.shape
     if not warm or not move_tau(change, L, T, d, basis, m, N):
         start(raw, cost, L, T, d, basis, m, N)
+    end, direction, tau, v = TROUBLE, -1, 0.0, 0.0
     for attempt in range(ATTEMPTS):
         bland = attempt == ATTEMPTS - 1
         end, direction, tau = search_directions(
-            T, d, basis, m, N, cost, limit, enough, patience, bland, y
+            T, d, basis, m, N, cost, limit, enough, patience, PIVOTS[attempt], bland, y, kept
         )
-        if bland or (end != TROUBLE and drift(raw, T, basis, m, N) < DRIFT):
-            break
-        # Rounding has spoilt the tableau: again from this basis, factored anew. Where that does
-        # not help, or the pivots went round in circles: from the beginning, with care.
-        if end != TROUBLE and attempt < ATTEMPTS - 2:
+        if end == SOLVED:
+            v = lower_bound(raw, cost, L, kept)
+            if v * max(tau, enough) >= 1.0 - CLOSE:
+                return end, direction, tau, v
+        elif end != TROUBLE and drift(raw, T, basis, m, N) < DRIFT:
+            return end, direction, tau, 0.0
+        if attempt == 0:
             refactor(raw, cost, L, T, d, basis, m, N)
-            least = 0.0
-            for j in range(N):
-                least = min(least, d[j])
-                d[j] = max(d[j], 0.0)
-            if least >= -DRIFT:
-                continue
-        start(raw, cost, L, T, d, basis, m, N)
-    return end, direction, tau
+        else:
+            start(raw, cost, L, T, d, basis, m, N)
+    return TROUBLE, direction, tau, 0.0
 
 
 @inlined
 def position_margin(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, exact: bool,
-    tableau: Tableau, y: Array,
+    tableau: Tableau, w: Array, margin: float, y: Array,
 ) -> tuple[int, float, int]:  # fmt: skip
     """z where nobody is force-controlled: one pass over the directions.
 
@@ -181,57 +192,92 @@ def position_margin(
         exact: whether z is wanted where it is at least ``below``; else a few pivots are made
             in search of a proof that it is smaller, and an upper bound will do.
         tableau: output, as the pass has left it.
-        y: output (6,): the wrench of the cut that proves the bound on z.
+        w: (6,), a wrench that separates the environment's columns, with its
+        margin: see ``into_polar``.
+        y: output (6,): the wrench of the cut that proves the bound on z, in the polar of the
+            environment's cone; zero where it is not, so that it bounds nothing.
 
     Returns:
-        How it ended, z or an upper bound on it, the direction.
+        How it ended, z (-inf: no equilibrium) or an upper bound on it, the direction.
     """
-    raw, prices = tableau.raw, np.empty(6 + len(tips))
-    cost = fill(env, q, tips, f_max, np.zeros(len(tips), dtype=np.bool_), f_max, raw)
+    raw, n = tableau.raw, len(tips)
+    prices, nobody = np.zeros(6 + n), np.zeros(n, dtype=np.bool_)
+    cost = fill(env, q, tips, f_max, nobody, f_max, raw)
     limit = 1.0 / below if below > 0.0 else np.inf
     enough = 0.0 if exact or below <= 0.0 else limit
-    end, direction, tau = run_pass(
+    end, direction, tau, v = run_pass(
         raw, cost, L, tableau.T, tableau.d, tableau.basis, prices, False, limit, enough,
-        NEVER if exact else A_LOOK, prices,
+        NEVER if exact else A_LOOK, prices, tableau.kept,
     )  # fmt: skip
     for t in range(6):
         y[t] = prices[t]
+    if not into_polar(env, w, margin, y):
+        for t in range(6):
+            y[t] = 0.0
+    U = upper_bound(q, tips, f_max, nobody, L, y.reshape(1, 6))
     if end == TROUBLE:
-        return FAILED, 0.0, direction
+        return FAILED, U, direction
+    if 0.0 > U and below <= 0.0:
+        return REACHED, -np.inf, direction
+    if below > U:
+        return BELOW, max(U, 0.0), direction
+    if not exact or end == EXCEEDED:
+        return REACHED, U, direction
     if end == INFEASIBLE:
-        return BELOW if below > 0.0 else REACHED, 0.0, direction
-    if end == EXCEEDED and tau > limit:
-        return BELOW, 1.0 / tau, direction
+        return REACHED if proven(0.0, max(U, 0.0)) else FAILED, 0.0, direction
     if tau <= NO_TAU:
         return UNBOUNDED, np.inf, direction
-    return REACHED, 1.0 / tau, direction
+    return REACHED if proven(v, U) else FAILED, 1.0 / tau, direction
 
 
 @compiled
-def equilibrium(env: Array, q: Array, tips: Array, f_max: Array, L: Array, f: Array) -> bool:
+def equilibrium(
+    env: Array, q: Array, tips: Array, f_max: Array, L: Array, w: Array, margin: float, f: Array
+) -> int:
     """Whether any forces within the limits balance the load; ``f`` (n,) gets the normal forces.
 
     The choice of modes does not matter: some f_com gives whatever a position-controlled finger
     would. It is the tau program with tau = 1 and l = 0.
+
+    Returns:
+        REACHED where forces were found that do; BELOW where a wrench proves that none do; else
+        FAILED.
     """
     e, n, s = len(env), len(tips), tips.shape[1]
     m, N = 6 + n, 1 + e + n * s + n
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, b, x = np.empty(m, dtype=np.int64), np.empty(m), np.empty(m)
-    fill(env, q, tips, f_max, np.zeros(n, dtype=np.bool_), f_max, raw)
+    basis, b, x, k = np.empty(m, dtype=np.int64), np.empty(m), np.empty(m), np.zeros(N)
+    nobody, y = np.zeros(n, dtype=np.bool_), np.zeros((1, 6))
+    fill(env, q, tips, f_max, nobody, f_max, raw)
     raw[:, 0] = 0.0
     for t in range(6):
         b[t] = -q[t]
     for i in range(n):
         b[6 + i] = f_max[i]
     start(raw, 0.0, L, T, d, basis, m, N)
-    if feasible(T, d, basis, m, N, N + m, b, x) != 1:
-        return False
+    end = feasible(T, d, basis, m, N, N + m, b, x, y[0])
+    if end == 0 and into_polar(env, w, margin, y[0]):
+        return BELOW if upper_bound(q, tips, f_max, nobody, L, y) < 0.0 else FAILED
+    if end != 1:
+        return FAILED
+    for r in range(m):
+        if basis[r] < N:
+            k[basis[r]] = max(x[r], 0.0)
     for i in range(n):
         f[i] = 0.0
-    for r in range(m):
-        if 1 + e <= basis[r] < 1 + e + n * s:
-            f[(basis[r] - 1 - e) // s] += max(x[r], 0.0)
-    for i in range(n):
+        for j in range(s):
+            f[i] += k[1 + e + i * s + j]
         f[i] = min(f[i], f_max[i])
-    return True
+    return REACHED if _unbalanced(raw, k, b) <= BALANCED else FAILED
+
+
+@compiled
+def _unbalanced(raw: Array, k: Array, b: Array) -> float:
+    """Return |A k - b|, the largest of its entries."""
+    worst = 0.0
+    for i in range(len(b)):
+        rest = -b[i]
+        for j in range(len(k)):
+            rest += raw[i, j] * k[j]
+        worst = max(worst, abs(rest))
+    return worst

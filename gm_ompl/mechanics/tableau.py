@@ -74,23 +74,26 @@ def leaving(x: Array, basis: IntArray, m: int, N: int, bland: bool) -> int:
 
 
 @compiled
-def entering(T: Array, d: Array, N: int, r: int, sign: float, bland: bool, room: Array) -> int:
+def entering(
+    T: Array, d: Array, N: int, r: int, sign: float, least: float, bland: bool, room: Array
+) -> int:
     """Return the entering column by the dual ratio test, or -1 where there is none.
 
-    ``room`` (N,) is written to. What a loop decides per column is written down and compared in a
-    loop of its own: the first has no branches then.
+    No entry up to ``least`` is accepted as a pivot. ``room`` (N,) is written to. What a loop
+    decides per column is written down and compared in a loop of its own: the first has no branches
+    then.
     """
-    row, costs, least = T[r, :N], d[:N], np.inf
+    row, costs, nearest = T[r, :N], d[:N], np.inf
     for j in range(N):
         alpha = -sign * row[j]
         ratio = (costs[j] + 1e-12) / alpha
-        room[j] = ratio if alpha > PIVOT else np.inf
+        room[j] = ratio if alpha > least else np.inf
     for j in range(N):
-        least = room[j] if room[j] < least else least
+        nearest = room[j] if room[j] < nearest else nearest
     for j in range(N):
         alpha = -sign * row[j]
-        room[j] = alpha if costs[j] <= least * alpha else 0.0
-    best, column = PIVOT, -1
+        room[j] = alpha if costs[j] <= nearest * alpha else 0.0
+    best, column = least, -1
     for j in range(N):
         if room[j] > best:
             best, column = room[j], j
@@ -101,12 +104,13 @@ def entering(T: Array, d: Array, N: int, r: int, sign: float, bland: bool, room:
 
 @compiled
 def feasible(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, W: int, b: Array, x: Array
+    T: Array, d: Array, basis: IntArray, m: int, N: int, W: int, b: Array, x: Array, y: Array
 ) -> int:
     """Dual simplex for the one right-hand side ``b`` (m,), from a dual feasible tableau.
 
     Returns:
-        1 where ``x`` (m,) is the optimal basic solution, 0 where there is none, -1 in trouble.
+        1 where ``x`` (m,) is the optimal basic solution, and ``y`` (up to m,) its duals; 0 where
+        there is none, and ``y`` the ray with y . b > 0 that proves it; -1 in trouble.
     """
     inverse, room = T[:, N : N + m], np.empty(N)
     for step in range(MAX_STEPS + MORE_STEPS * N):
@@ -117,9 +121,14 @@ def feasible(
         bland = step > DANTZIG_STEPS * (1 + m // 12) + N
         r = leaving(x, basis, m, N, bland)
         if r < 0:
+            for j in range(len(y)):
+                y[j] = -d[N + j]
             return 1
-        c = entering(T, d, N, r, 1.0 if x[r] < 0.0 else -1.0, bland, room)
+        sign = 1.0 if x[r] < 0.0 else -1.0
+        c = entering(T, d, N, r, sign, PIVOT, bland, room)
         if c < 0:
+            for j in range(len(y)):
+                y[j] = -sign * inverse[r, j]
             return 0
         pivot(T, d, basis, m, W, r, c)
     return -1

@@ -21,9 +21,9 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.graph import hub_bounds, lane_bounds
 from gm_ompl.mechanics import (
+    certificate,
     internal_force,
     kelley,
-    master,
     modes,
     sides,
     simplex,
@@ -72,8 +72,9 @@ def decision() -> None:
     _, T, d, basis = _tableau()
     m, N = len(T), T.shape[1] - len(T) - sides.SIDES
     simplex.search_directions(
-        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, False, np.zeros(m)
-    )
+        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, False, np.zeros(m),
+        np.empty((N, 2 * sides.SIDES)),
+    )  # fmt: skip
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
     decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
@@ -97,18 +98,19 @@ def edges() -> None:
     sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
     sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
     sides.drift(raw, T, basis, m, N)
-    modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
-    internal_force.excessive(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))))
-    joint_margin(
-        ENV, LOAD, TIPS, F_MAX, force, DIRECTIONS, np.zeros(MAX_BLOCKS, dtype=np.int64), 1, f
-    )
-    stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, f)
-    master.best_command(one, one, np.zeros((1, 1)), 1, F_MAX, 1, f)
+    passed, w, none = np.empty(2, dtype=np.int64), y.copy(), np.zeros(MAX_BLOCKS, dtype=np.int64)
+    modes.passing_sets(ENV, TIPS, -1, False, passed, w)
+    internal_force.separate(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))), w)
+    joint_margin(ENV, LOAD, TIPS, F_MAX, force, DIRECTIONS, none, 1, f, np.empty((MAX_BLOCKS, 6)))
+    stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, f)
+    certificate.lower_bound(raw, cost, DIRECTIONS, np.zeros((N, 2 * sides.SIDES)))
+    certificate.separates_environment(ENV, w)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
     cuts = kelley.no_cuts(F_MAX, masks, f, commands)
     kelley.take_up(0, 0, F_MAX, force, cuts.trials, commands, f)
-    kelley.add_cut(LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, y, cuts, 0)
+    kelley.add_cut(ENV, LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, w, 1.0, y, cuts, 0)
+    kelley.heed(LOAD, TIPS, F_MAX, force, DIRECTIONS, one, 0, 1, cuts)
     kelley.tightest(cuts.h, cuts.c[0], cuts.slopes[0], 1, cuts.trials[0])
     modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
 

@@ -1,0 +1,175 @@
+"""What proves a decision, compiled: a few dot products that do not trust the simplex.
+
+z >= v: for one f_com, 76 solutions of tau_i q + A k_i = l_i up to a residual r_i. The wrenches
+that can be resisted form a convex set with the points (l_i + r_i) / tau_i. In any direction u some
+l_i has l_i . u >= |u|, so the set reaches at least as far as v max_i l_i . u, with
+v = min_i (1 - |r_i|) / tau_i: it holds v l_i for all i.
+
+z <= U: wrenches y_k in the polar of the environment's cone, each with the inequality
+
+    z h(y_k) <= q . y_k + sum_pos f_max max(0, sigma_k) + sum_force f_com sigma_k,
+
+sigma_k = max over the finger's columns b (of unit normal force) of b . y_k, h(y) = max_i l_i . y.
+Their sum bounds z for every f_com in the box. A wrench that rounding has left a little outside the
+polar is moved into it along a wrench that separates all columns, Problem (5)'s own certificate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.internal_force import PASSES, separate
+from gm_ompl.mechanics.sides import SIDES, number
+
+CLOSE = 1e-8
+"""Both bounds on z lie within this of each other, relative to max(z, LITTLE): else no proof."""
+LITTLE = 1e-2
+"""z below this (over force_scale) need only be known to CLOSE times this."""
+ROOT_SIX = np.sqrt(6.0)
+
+
+@compiled
+def reach(L: Array, y: Array) -> float:
+    """Return h(y) = max_i l_i . y of the 76 directions: axes and corners, both ways."""
+    largest, total = 0.0, 0.0
+    for t in range(6):
+        size = abs(y[t])
+        largest = size if size > largest else largest
+        total += size
+    return L[0, 0] * max(largest, total / ROOT_SIX)
+
+
+@compiled
+def support(tips: Array, i: int, y: Array) -> float:
+    """Return sigma, the largest b_k . y of finger i's unit-normal-force columns."""
+    best = -np.inf
+    for k in range(tips.shape[1]):
+        dot = 0.0
+        for t in range(6):
+            dot += tips[i, k, t] * y[t]
+        best = max(best, dot)
+    return best
+
+
+@compiled
+def into_polar(env: Array, w: Array, margin: float, y: Array) -> bool:
+    """Move ``y`` into the polar of the environment's cone; False where that cannot be done.
+
+    Args:
+        env: (e, 6), columns as rows, of norm 1 at least.
+        w: (6,), a wrench with w . a >= margin |a| for all of them.
+        margin: positive, or anything else where ``w`` is not known.
+        y: (6,), changed where some a . y > 0.
+    """
+    worst = 0.0
+    for j in range(len(env)):
+        dot = 0.0
+        for t in range(6):
+            dot += env[j, t] * y[t]
+        worst = dot if dot > worst else worst
+    if worst > 0.0:
+        if not margin > 0.0:
+            return False
+        for t in range(6):
+            y[t] -= worst / margin * w[t]
+    return True
+
+
+@compiled
+def separates_environment(env: Array, w: Array) -> float:
+    """Write a wrench (6,) that separates the environment's columns; return its margin, 0 for none.
+
+    See ``into_polar``.
+    """
+    P = np.empty((len(env), 6))
+    for j in range(len(env)):
+        square = 0.0
+        for t in range(6):
+            square += env[j, t] * env[j, t]
+        for t in range(6):
+            P[j, t] = env[j, t] / np.sqrt(square)
+    end, margin = separate(P, len(env), w)
+    return margin if end == PASSES else 0.0
+
+
+@compiled
+def upper_bound(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, Y: Array) -> float:
+    """Return the bound U on z for every f_com, from wrenches Y (K, 6) in the polar; see the top.
+
+    Their weights are their lengths. +inf where they bound nothing.
+    """
+    constant, h = 0.0, 0.0
+    for k in range(len(Y)):
+        h += reach(L, Y[k])
+        for t in range(6):
+            constant += q[t] * Y[k, t]
+    for i in range(len(tips)):
+        slope = 0.0
+        for k in range(len(Y)):
+            sigma = support(tips, i, Y[k])
+            slope += sigma if force[i] else max(sigma, 0.0)
+        constant += f_max[i] * max(slope, 0.0)
+    return constant / h if h > 0.0 else np.inf
+
+
+@compiled
+def lower_bound(raw: Array, cost: float, L: Array, kept: Array) -> float:
+    """Return v <= z for one f_com, see the top; 0 where the solutions prove nothing.
+
+    Args:
+        raw: (m, N), the tau program's columns.
+        cost: of the tau column: tau = cost times its variable.
+        L: (76, 6), the directions.
+        kept: (N, 76), solutions in the order of codes (``sides``), negative entries set to 0 here.
+    """
+    m, N = raw.shape
+    rest, errors = np.empty(2 * SIDES), np.zeros(2 * SIDES)
+    for j in range(N):
+        row = kept[j]
+        for c in range(2 * SIDES):
+            row[c] = row[c] if row[c] > 0.0 else 0.0
+    for i in range(m):
+        for c in range(2 * SIDES):
+            rest[c] = -L[number(c), i] if i < 6 else 0.0
+        for j in range(N):
+            a, row = raw[i, j], kept[j]
+            if a != 0.0:
+                for c in range(2 * SIDES):
+                    rest[c] += a * row[c]
+        if i < 6:
+            for c in range(2 * SIDES):
+                errors[c] += rest[c] * rest[c]
+        else:
+            # A normal force too large, or not as commanded: put right, it moves the wrench.
+            arm = _longest(raw, i)
+            for c in range(2 * SIDES):
+                errors[c] += 2.0 * arm * abs(rest[c]) * (np.sqrt(errors[c]) + arm * abs(rest[c]))
+    least = np.inf
+    for c in range(2 * SIDES):
+        tau = cost * kept[0, c]
+        z = (1.0 - np.sqrt(errors[c])) / tau if tau > 0.0 else np.inf
+        if not errors[c] < 0.25:
+            z = 0.0
+        least = z if z < least else least
+    return max(least, 0.0)
+
+
+@compiled
+def _longest(raw: Array, i: int) -> float:
+    """Return the norm of the longest wrench among the columns with an entry 1 in row i."""
+    best = 0.0
+    for j in range(1, raw.shape[1]):
+        if raw[i, j] == 1.0:
+            square = 0.0
+            for t in range(6):
+                square += raw[t, j] * raw[t, j]
+            best = max(best, square)
+    return np.sqrt(best)
+
+
+@compiled
+def proven(v: float, U: float) -> bool:
+    """Whether two bounds on z, v from below and U from above, leave no more than CLOSE."""
+    return U - v <= CLOSE * max(U, LITTLE)
