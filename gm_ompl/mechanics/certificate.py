@@ -23,9 +23,9 @@ from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.internal_force import PASSES, separate
 from gm_ompl.mechanics.sides import SIDES, number
 
-CLOSE = 1e-8
+CLOSE = 1e-7
 """Both bounds on z lie within this of each other, relative to max(z, LITTLE): else no proof."""
-LITTLE = 1e-2
+LITTLE = 5e-3
 """z below this (over force_scale) need only be known to CLOSE times this."""
 ROOT_SIX = np.sqrt(6.0)
 
@@ -112,6 +112,18 @@ def upper_bound(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array,
             slope += sigma if force[i] else max(sigma, 0.0)
         constant += f_max[i] * max(slope, 0.0)
     return constant / h if h > 0.0 else np.inf
+
+
+@compiled
+def unattained(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, y: Array) -> float:
+    """Return by how much at least any forces miss equilibrium, as y (6,) in the polar proves."""
+    square = 0.0
+    for t in range(6):
+        square += y[t] * y[t]
+    if not square > 0.0:
+        return 0.0
+    bound = upper_bound(q, tips, f_max, force, L, y.reshape(1, 6))
+    return -bound * reach(L, y) / np.sqrt(square)
 
 
 @compiled

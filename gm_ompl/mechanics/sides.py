@@ -112,23 +112,57 @@ def refactor(
 
 
 @compiled
-def drift(raw: Array, T: Array, basis: IntArray, m: int, N: int) -> float:
-    """Return how far the inverse of the basis that the tableau holds is from being that.
+def refine(raw: Array, T: Array, basis: IntArray, m: int, N: int, side: Array, x: Array) -> None:
+    """Correct the basic solution x (m,) of ``side`` by what it leaves, twice.
 
-    Relative to its largest entry (at least 1).
+    Large coefficients that cancel almost need it: the tableau has them to rounding of the largest.
     """
-    worst, size, column = 0.0, 1.0, np.empty(m)
-    for r in range(m):
-        row = T[r, N : N + m]
+    rest = np.empty(m)
+    for _ in range(2):
         for t in range(m):
-            size = max(size, abs(row[t]))
-    for k in range(m):
-        if basis[k] < N:
-            for t in range(m):
-                column[t] = raw[t, basis[k]]
-            for r in range(m):
-                row, entry = T[r, N : N + m], -1.0 if r == k else 0.0
+            rest[t] = side[t]
+        for r in range(m):
+            if basis[r] < N:
                 for t in range(m):
-                    entry += row[t] * column[t]
-                worst = max(worst, abs(entry))
+                    rest[t] -= raw[t, basis[r]] * x[r]
+            else:
+                rest[basis[r] - N] -= x[r]
+        for r in range(m):
+            for t in range(m):
+                x[r] += T[r, N + t] * rest[t]
+
+
+@compiled
+def refine_duals(
+    raw: Array, T: Array, basis: IntArray, m: int, N: int, cost: float, y: Array
+) -> None:
+    """Correct the duals y (m,) of the basis by the reduced costs that they leave, twice."""
+    rest = np.empty(m)
+    for _ in range(2):
+        for r in range(m):
+            rest[r] = cost if basis[r] == 0 else 0.0
+            if basis[r] < N:
+                for t in range(m):
+                    rest[r] -= raw[t, basis[r]] * y[t]
+            else:
+                rest[r] -= y[basis[r] - N]
+        for r in range(m):
+            for t in range(m):
+                y[t] += rest[r] * T[r, N + t]
+
+
+@compiled
+def dual_error(raw: Array, cost: float, tau: float, y: Array) -> float:
+    """Return how far y (m,) is from proving a tau (inf: any), relative to its largest entry.
+
+    It does where y . a <= 0 for all columns but tau's, y . a <= cost for that one (0 for any tau).
+    """
+    size, worst = 1e-300, 0.0
+    for t in range(len(y)):
+        size = max(size, abs(y[t]))
+    for j in range(raw.shape[1]):
+        dot = 0.0
+        for t in range(len(y)):
+            dot += raw[t, j] * y[t]
+        worst = max(worst, dot - cost if j == 0 and tau < np.inf else dot)
     return worst / size

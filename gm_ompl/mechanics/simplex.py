@@ -14,8 +14,9 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.mechanics.sides import SIDES, number
+from gm_ompl.mechanics.sides import SIDES, number, refine, refine_duals
 from gm_ompl.mechanics.tableau import (
+    CAREFUL,
     DANTZIG_STEPS,
     FEASIBLE,
     MAX_STEPS,
@@ -77,15 +78,30 @@ def _extremes(
 
 
 @inlined
-def _keep(
-    T: Array, basis: IntArray, m: int, N: int, column: int, code: int, kept: Array,
-    has: BoolArray, balance: Array,
+def _solution(
+    raw: Array, L: Array, T: Array, basis: IntArray, m: int, N: int, column: int, code: int,
+    careful: bool, x: Array,
 ) -> None:  # fmt: skip
-    """Keep a solved direction; with its opposite it makes a balance (right-hand side 0)."""
+    """Write a direction's basic solution (m,): as it stands in the tableau, or refined."""
     sign = -1.0 if code % 2 else 1.0
     for r in range(m):
+        x[r] = sign * T[r, column]
+    if careful:
+        side = np.zeros(m)
+        for t in range(6):
+            side[t] = L[number(code), t]
+        refine(raw, T, basis, m, N, side, x)
+
+
+@inlined
+def _keep(
+    basis: IntArray, m: int, N: int, code: int, x: Array, kept: Array, has: BoolArray,
+    balance: Array,
+) -> None:  # fmt: skip
+    """Keep a direction solved by x; with its opposite it makes a balance (right-hand side 0)."""
+    for r in range(m):
         if basis[r] < N:
-            kept[basis[r], code] = max(sign * T[r, column], 0.0)
+            kept[basis[r], code] = max(x[r], 0.0)
     has[code] = True
     if has[code ^ 1]:
         for j in range(N):
@@ -94,24 +110,23 @@ def _keep(
 
 @inlined
 def _keep_bounded(
-    T: Array, basis: IntArray, m: int, N: int, column: int, code: int, kept: Array,
-    balance: Array, times: float,
+    basis: IntArray, m: int, N: int, code: int, x: Array, kept: Array, balance: Array,
+    times: float,
 ) -> None:  # fmt: skip
-    """Keep a direction that its basic solution resists with the balance added ``times``."""
-    sign = -1.0 if code % 2 else 1.0
+    """Keep a direction that its basic solution x resists with the balance added ``times``."""
     for j in range(N):
         if balance[j] > 0.0:
             kept[j, code] = times * balance[j]
     for r in range(m):
         if basis[r] < N:
-            kept[basis[r], code] += sign * T[r, column]
+            kept[basis[r], code] += x[r]
 
 
 @inlined
 def _close_bounded(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, cost: float,
-    balance: Array, enough: float, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array,
-    weights: Array, kept: Array,
+    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int, S: int,
+    slots: IntArray, cost: float, balance: Array, enough: float, ahead: BoolArray,
+    behind: BoolArray, lo: Array, hi: Array, weights: Array, careful: bool, x: Array, kept: Array,
 ) -> None:  # fmt: skip
     """Close the directions that the balance proves to have tau <= enough, and keep why.
 
@@ -126,14 +141,18 @@ def _close_bounded(
     first = N + m
     costs = d[first : first + S]
     for s in range(S):
-        if ahead[s] and -lo[s] - costs[s] <= enough:
-            ahead[s] = False
-            _keep_bounded(T, basis, m, N, first + s, 2 * slots[s], kept, balance, -lo[s] * per_tau)
-        if behind[s] and hi[s] + costs[s] <= enough:
-            behind[s] = False
-            _keep_bounded(
-                T, basis, m, N, first + s, 2 * slots[s] + 1, kept, balance, hi[s] * per_tau
-            )
+        for opposite in range(2):
+            open_ = behind[s] if opposite else ahead[s]
+            more, tau = (hi[s], costs[s]) if opposite else (-lo[s], -costs[s])
+            if not open_ or more + tau > enough:
+                continue
+            if opposite:
+                behind[s] = False
+            else:
+                ahead[s] = False
+            code = 2 * slots[s] + opposite
+            _solution(raw, L, T, basis, m, N, first + s, code, careful, x)
+            _keep_bounded(basis, m, N, code, x, kept, balance, more * per_tau)
 
 
 @inlined
@@ -175,14 +194,14 @@ def _choose(costs: Array, S: int, ahead: BoolArray, behind: BoolArray, bounds: A
 
 @inlined
 def _close_solved(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray,
-    ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, kept: Array, has: BoolArray,
-    balance: Array, worst: int, worst_tau: float,
+    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int, S: int,
+    slots: IntArray, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, careful: bool,
+    x: Array, kept: Array, has: BoolArray, balance: Array, worst: int, worst_tau: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Close the directions that the present basis solves; return the worst so far, and its tau."""
     first = N + m
     for s in range(S):
-        slack = FEASIBLE * max(1.0, max(hi[s], -lo[s]))
+        slack = (CAREFUL if careful else FEASIBLE) * max(1.0, max(hi[s], -lo[s]))
         if min(hi[s], -lo[s]) > slack:
             continue
         for opposite in range(2):
@@ -194,7 +213,8 @@ def _close_solved(
                 behind[s] = False
             else:
                 ahead[s] = False
-            _keep(T, basis, m, N, first + s, code, kept, has, balance)
+            _solution(raw, L, T, basis, m, N, first + s, code, careful, x)
+            _keep(basis, m, N, code, x, kept, has, balance)
             if tau > worst_tau:
                 worst, worst_tau = code, tau
     return worst, worst_tau
@@ -203,7 +223,7 @@ def _close_solved(
 @inlined
 def _step(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, now: int, least: float,
-    bland: bool, x: Array, y: Array, room: Array,
+    careful: bool, bland: bool, x: Array, y: Array, room: Array,
 ) -> int:  # fmt: skip
     """Pivot towards a direction; where nothing resists it, ``y`` (m,) gets the ray that proves it.
 
@@ -216,7 +236,7 @@ def _step(
     sign = -1.0 if now % 2 else 1.0
     for r in range(m):
         x[r] = sign * T[r, column]
-    r = leaving(x, basis, m, N, bland)
+    r = leaving(x, basis, m, N, CAREFUL if careful else FEASIBLE, bland)
     if r < 0:
         return TROUBLE
     sign = 1.0 if x[r] < 0.0 else -1.0
@@ -231,24 +251,26 @@ def _step(
 
 @compiled
 def search_directions(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, cost: float, limit: float,
-    enough: float, patience: int, least: float, bland: bool, y: Array, kept: Array,
+    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, cost: float, limit: float,
+    enough: float, patience: int, least: float, careful: bool, bland: bool, y: Array,
+    kept: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Find the direction with the largest tau, or one whose tau is large enough.
 
     Args:
+        raw: (m, N), the columns.
+        L: (76, 6), the directions.
         T: tableau, dual feasible, with all right-hand sides; left at its last basis, and right-hand
             sides are lost.
         d: reduced costs.
         basis: basic variable per row.
-        m: number of rows.
-        N: number of real columns.
         cost: of the tau column: tau = cost times its variable.
         limit: stop as soon as a direction is solved whose tau exceeds this.
         enough: a tau that is proven to stay within this need not be known; 0 for the largest
             tau exactly.
         patience: pivots after which the worst direction so far will do.
         least: the smallest entry accepted as a pivot.
+        careful: whether solutions and duals are refined, and no more than rounding is overlooked.
         bland: use Bland's rule throughout, the slow and sure one.
         y: output (m,): the duals that prove the tau returned (y . l_i = tau), or the ray with
             y . l_i > 0 where a direction is infeasible.
@@ -257,6 +279,7 @@ def search_directions(
     Returns:
         How the pass ended, the direction, its tau.
     """
+    m, N = raw.shape
     ahead, behind = np.ones(SIDES, dtype=np.bool_), np.ones(SIDES, dtype=np.bool_)
     slots, has, work = np.arange(SIDES), np.zeros(2 * SIDES, dtype=np.bool_), np.empty((2, SIDES))
     lo, hi = work[0], work[1]
@@ -269,17 +292,20 @@ def search_directions(
         _extremes(T, basis, m, N, S, ones, lo, hi)
         before = worst
         worst, worst_tau = _close_solved(
-            T, d, basis, m, N, S, slots, ahead, behind, lo, hi, kept, has, balance, worst, worst_tau
-        )
+            raw, L, T, d, basis, m, N, S, slots, ahead, behind, lo, hi, careful, x, kept, has,
+            balance, worst, worst_tau,
+        )  # fmt: skip
         if worst != before:
             for r in range(m):
                 y[r] = -d[N + r]
+            if careful:
+                refine_duals(raw, T, basis, m, N, cost, y)
         if worst_tau > limit or (step >= patience and worst_tau > NO_TAU):
             return EXCEEDED, number(worst), worst_tau
         if balance[0] > 0.0:
             _close_bounded(
-                T, d, basis, m, N, S, slots, cost, balance, max(worst_tau, enough), ahead, behind,
-                lo, hi, weights, kept,
+                raw, L, T, d, basis, m, N, S, slots, cost, balance, max(worst_tau, enough), ahead,
+                behind, lo, hi, weights, careful, x, kept,
             )  # fmt: skip
         if now < 0 or not (behind[now // 2] if now % 2 else ahead[now // 2]):
             S = _drop_closed(T, d, m, first, S, slots, ahead, behind)
@@ -288,7 +314,7 @@ def search_directions(
             now, here = _choose(d[first : first + S], S, ahead, behind, lo), 0
         here += 1
         slow = bland or here > DANTZIG_STEPS + N
-        end = _step(T, d, basis, m, N, S, now, least, slow, x, y, room)
+        end = _step(T, d, basis, m, N, S, now, least, careful, slow, x, y, room)
         if end != SOLVED:
             return end, number(2 * slots[now // 2] + now % 2), np.inf
     return TROUBLE, -1, 0.0

@@ -21,9 +21,10 @@ from gm_ompl.mechanics.certificate import (
     lower_bound,
     proven,
     support,
+    unattained,
     upper_bound,
 )
-from gm_ompl.mechanics.sides import SIDES, drift, move_tau, refactor, start
+from gm_ompl.mechanics.sides import SIDES, dual_error, move_tau, refactor, start
 from gm_ompl.mechanics.simplex import (
     EXCEEDED,
     INFEASIBLE,
@@ -36,14 +37,12 @@ from gm_ompl.mechanics.tableau import NEVER, feasible
 
 A_LOOK = 24
 """Pivots spent on bounding z where its exact value is not wanted."""
-DRIFT = 1e-9
-"""Error of a basis' inverse beyond which its tableau is not trusted."""
-ATTEMPTS = 4
-"""Passes over the directions until one proves its answer: as the tableau stands, factored anew,
-and twice from the beginning, the last by Bland's rule, with"""
-PIVOTS = (1e-9, 1e-9, 1e-6, 1e-7)
-"""the smallest pivots that each accepts: where columns depend on each other almost, small pivots
-let rounding grow, and what they would gain is smaller still."""
+PIVOTS = (1e-9, 1e-9, 1e-6, 1e-6, 1e-5, 1e-5)
+"""The smallest pivots of the attempts at a pass, made until one proves its answer: as the tableau
+stands, factored anew; twice more from the beginning, the last by Bland's rule. Where columns depend
+on each other almost, small pivots let rounding grow, and what they would gain is smaller still."""
+GOOD = 1e-9
+"""A first attempt is taken as it is if it is as close as this; a later one, if it is CLOSE."""
 BALANCED = 1e-9
 """Forces that balance the load up to this (over force_scale) are in equilibrium (convention)."""
 
@@ -156,22 +155,23 @@ def run_pass(
     m, N = raw.shape
     if not warm or not move_tau(change, L, T, d, basis, m, N):
         start(raw, cost, L, T, d, basis, m, N)
-    end, direction, tau, v = TROUBLE, -1, 0.0, 0.0
-    for attempt in range(ATTEMPTS):
-        bland = attempt == ATTEMPTS - 1
+    direction, tau = -1, 0.0
+    for attempt in range(len(PIVOTS)):
+        if attempt % 2:
+            refactor(raw, cost, L, T, d, basis, m, N)
+        elif attempt:
+            start(raw, cost, L, T, d, basis, m, N)
         end, direction, tau = search_directions(
-            T, d, basis, m, N, cost, limit, enough, patience, PIVOTS[attempt], bland, y, kept
-        )
+            raw, L, T, d, basis, cost, limit, enough, patience, PIVOTS[attempt], attempt > 0,
+            attempt > 3, y, kept,
+        )  # fmt: skip
+        accepted = GOOD if attempt == 0 else CLOSE
         if end == SOLVED:
             v = lower_bound(raw, cost, L, kept)
-            if v * max(tau, enough) >= 1.0 - CLOSE:
+            if v * max(tau, enough) >= 1.0 - accepted:
                 return end, direction, tau, v
-        elif end != TROUBLE and drift(raw, T, basis, m, N) < DRIFT:
+        elif end != TROUBLE and dual_error(raw, cost, tau, y) <= accepted:
             return end, direction, tau, 0.0
-        if attempt == 0:
-            refactor(raw, cost, L, T, d, basis, m, N)
-        else:
-            start(raw, cost, L, T, d, basis, m, N)
     return TROUBLE, direction, tau, 0.0
 
 
@@ -217,7 +217,7 @@ def position_margin(
     U = upper_bound(q, tips, f_max, nobody, L, y.reshape(1, 6))
     if end == TROUBLE:
         return FAILED, U, direction
-    if 0.0 > U and below <= 0.0:
+    if below <= 0.0 and unattained(q, tips, f_max, nobody, L, y) > BALANCED:
         return REACHED, -np.inf, direction
     if below > U:
         return BELOW, max(U, 0.0), direction
@@ -257,7 +257,7 @@ def equilibrium(
     start(raw, 0.0, L, T, d, basis, m, N)
     end = feasible(T, d, basis, m, N, N + m, b, x, y[0])
     if end == 0 and into_polar(env, w, margin, y[0]):
-        return BELOW if upper_bound(q, tips, f_max, nobody, L, y) < 0.0 else FAILED
+        return BELOW if unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED else FAILED
     if end != 1:
         return FAILED
     for r in range(m):

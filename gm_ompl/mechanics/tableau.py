@@ -18,7 +18,9 @@ from gm_ompl.compilation import compiled
 PIVOT = 1e-9
 """Smallest entry accepted as a pivot; columns have norms of order 1."""
 FEASIBLE = 1e-10
-"""Tolerance on basic variables, relative to the largest of them (at least 1)."""
+"""Tolerance on basic variables, relative to the largest of them (at least 1), and"""
+CAREFUL = 1e-14
+"""the same where some are so much larger than others that this overlooks what matters."""
 DANTZIG_STEPS = 60
 """Pivots towards one right-hand side, and one more per column, before falling back to Bland's
 rule: it cannot cycle, but it crawls, and many nearly equal columns need many honest pivots."""
@@ -56,12 +58,15 @@ def pivot(T: Array, d: Array, basis: IntArray, m: int, W: int, r: int, c: int) -
 
 
 @compiled
-def leaving(x: Array, basis: IntArray, m: int, N: int, bland: bool) -> int:
-    """Return the row to leave, -1 for none: the most infeasible, or by Bland's rule the first."""
+def leaving(x: Array, basis: IntArray, m: int, N: int, tolerance: float, bland: bool) -> int:
+    """Return the row to leave, -1 for none: the most infeasible, or by Bland's rule the first.
+
+    ``tolerance`` is relative to the largest entry of x (at least 1).
+    """
     size = 1.0
     for r in range(m):
         size = max(size, abs(x[r]))
-    least = FEASIBLE * size
+    least = tolerance * size
     best, row = least, -1
     for r in range(m):
         excess = abs(x[r]) if basis[r] >= N else -x[r]
@@ -119,7 +124,7 @@ def feasible(
             for j in range(m):
                 x[r] += inverse[r, j] * b[j]
         bland = step > DANTZIG_STEPS * (1 + m // 12) + N
-        r = leaving(x, basis, m, N, bland)
+        r = leaving(x, basis, m, N, FEASIBLE, bland)
         if r < 0:
             for j in range(len(y)):
                 y[j] = -d[N + j]

@@ -69,11 +69,11 @@ def prepare(problem: Problem) -> None:
 
 def decision() -> None:
     """Compile the mode decision, its simplex first; what else is to be done here between them."""
-    _, T, d, basis = _tableau()
-    m, N = len(T), T.shape[1] - len(T) - sides.SIDES
+    raw, T, d, basis = _tableau()
+    m, N = raw.shape
     simplex.search_directions(
-        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, False, np.zeros(m),
-        np.empty((N, 2 * sides.SIDES)),
+        raw, DIRECTIONS, T, d, basis, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, False, False,
+        np.zeros(m), np.empty((N, 2 * sides.SIDES)),
     )  # fmt: skip
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
@@ -97,7 +97,7 @@ def edges() -> None:
     cost = stability.fill(ENV, LOAD, TIPS, F_MAX, force, f, raw)
     sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
     sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
-    sides.drift(raw, T, basis, m, N)
+    sides.dual_error(raw, cost, 1.0, f)
     passed, w, none = np.empty(2, dtype=np.int64), y.copy(), np.zeros(MAX_BLOCKS, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, passed, w)
     internal_force.separate(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))), w)
