@@ -54,12 +54,12 @@ def _fill(
 @compiled
 def joint_margin(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array,
-    chosen: IntArray, count: int, f: Array, Y: Array,
+    chosen: IntArray, count: int, tolerance: float, f: Array, Y: Array,
 ) -> tuple[bool, float]:  # fmt: skip
     """Return (whether solved, z) for ``count`` chosen directions together; f (n,) gets f_com.
 
     z = 0 where the directions cannot all be resisted under one f_com. Y (at least ``count``, 6)
-    gets the wrenches whose cuts, added up, bound z to that.
+    gets the wrenches whose cuts, added up, bound z to that. ``tolerance`` is that of ``feasible``.
     """
     n, s = len(tips), tips.shape[1]
     m = count * (6 + n) + n
@@ -78,7 +78,7 @@ def joint_margin(
         for t in range(6):
             b[i * (6 + n) + t] = L[chosen[i], t]
     y = np.empty(m)
-    end = feasible(T, d, basis, m, N, N + m, b, x, y)
+    end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y)
     for i in range(count):
         for t in range(6):
             Y[i, t] = y[i * (6 + n) + t]

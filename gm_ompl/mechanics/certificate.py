@@ -23,9 +23,9 @@ from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.internal_force import PASSES, separate
 from gm_ompl.mechanics.sides import SIDES, number
 
-CLOSE = 1e-7
+CLOSE = 4e-7
 """Both bounds on z lie within this of each other, relative to max(z, LITTLE): else no proof."""
-LITTLE = 5e-3
+LITTLE = 1e-3
 """z below this (over force_scale) need only be known to CLOSE times this."""
 ROOT_SIX = np.sqrt(6.0)
 

@@ -13,6 +13,7 @@ from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.certificate import CLOSE, LITTLE, into_polar, proven, upper_bound
 from gm_ompl.mechanics.kelley import (
+    GAP,
     MAX_CUTS,
     MAX_PASSES,
     Cuts,
@@ -36,7 +37,7 @@ from gm_ompl.mechanics.stability import (
     fill,
     run_pass,
 )
-from gm_ompl.mechanics.tableau import NEVER
+from gm_ompl.mechanics.tableau import CAREFUL, FEASIBLE, NEVER
 
 ZERO = 1e-10
 """z up to this (over force_scale) is no margin at all."""
@@ -68,18 +69,21 @@ def _joint(
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
     basis, y, kept = np.empty(m, dtype=np.int64), np.empty(m), np.empty((N, 2 * SIDES))
     chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
-    Y = np.empty((MAX_BLOCKS, 6))
+    Y, tolerance = np.empty((MAX_BLOCKS, 6)), FEASIBLE
     for K in range(len(met) - 1, -1, -1):
         if count < 1 + n and not _among(met[K], chosen, count):
             chosen[count] = met[K]
             count += 1
     while True:
-        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, f, Y)
+        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, tolerance, f, Y)
         for k in range(count):
             solved = solved and into_polar(env, w, margin, Y[k])
-        if not solved:
-            return FAILED, 0.0, -1, 0.0, np.inf
-        U = upper_bound(q, tips, f_max, force, L, Y[:count])
+        U = upper_bound(q, tips, f_max, force, L, Y[:count]) if solved else np.inf
+        if not (solved and proven(z, max(U, 0.0))):
+            if tolerance < FEASIBLE:
+                return FAILED, 0.0, -1, 0.0, np.inf
+            tolerance = CAREFUL
+            continue
         if below > 0.0 and z < below:
             return BELOW, z, chosen[0], 0.0, U
         if z <= ZERO:
@@ -92,7 +96,10 @@ def _joint(
         if end == SOLVED:
             return REACHED, z, direction, v, U
         if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
-            return FAILED, 0.0, direction, 0.0, U
+            if tolerance < FEASIBLE:
+                return FAILED, 0.0, direction, 0.0, U
+            tolerance = CAREFUL
+            continue
         chosen[count] = direction
         count += 1
 
@@ -157,8 +164,11 @@ def best_commands(
             break
         nf = take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
         if cuts.heeded[j] < K:
-            if heed(q, tips, f_max, force, L, caps[:nf], j, K, cuts) <= ZERO:
+            z = heed(q, tips, f_max, force, L, caps[:nf], j, K, cuts)
+            if z <= ZERO and proven(0.0, max(cuts.proven[j], 0.0)):
                 zs[j], cuts.bounds[j], limiting[j], top = 0.0, 0.0, cuts.met[K - 1], max(top, 0.0)
+            elif z <= ZERO:  # rounding: the joint program must tell
+                cuts.passes[j], cuts.bounds[j] = MAX_PASSES, cuts.proven[j]
         elif cuts.passes[j] == MAX_PASSES or K == MAX_CUTS:
             end, cuts.bounds[j], limiting[j], cuts.held[j], cuts.proven[j] = _joint(
                 env, q, tips, f_max, force, L, max(below, top * (1.0 - 2.0 * TIE)), cuts.met[:K],
@@ -179,6 +189,9 @@ def best_commands(
                 return UNBOUNDED, np.inf
             else:
                 K += 1
+                z, _ = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
+                if z > cuts.bounds[j] - GAP * max(cuts.bounds[j], 1e-3):  # it cuts nothing off
+                    cuts.passes[j] = MAX_PASSES
     return _proven(zs, cuts, top, below)
 
 

@@ -156,13 +156,20 @@ def dual_error(raw: Array, cost: float, tau: float, y: Array) -> float:
     """Return how far y (m,) is from proving a tau (inf: any), relative to its largest entry.
 
     It does where y . a <= 0 for all columns but tau's, y . a <= cost for that one (0 for any tau).
+    What a fingertip's column misses counts as often as the fingertip may press.
     """
+    m, N = raw.shape
     size, worst = 1e-300, 0.0
-    for t in range(len(y)):
+    for t in range(m):
         size = max(size, abs(y[t]))
-    for j in range(raw.shape[1]):
-        dot = 0.0
-        for t in range(len(y)):
+    for j in range(N):
+        dot, weight = 0.0, 1.0
+        for t in range(m):
             dot += raw[t, j] * y[t]
-        worst = max(worst, dot - cost if j == 0 and tau < np.inf else dot)
+        if j == 0:
+            dot -= cost if tau < np.inf else 0.0
+        else:
+            for i in range(6, m):
+                weight = max(weight, -raw[i, j] * raw[i, 0] / cost)
+        worst = max(worst, weight * dot)
     return worst / size

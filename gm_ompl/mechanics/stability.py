@@ -33,11 +33,11 @@ from gm_ompl.mechanics.simplex import (
     TROUBLE,
     search_directions,
 )
-from gm_ompl.mechanics.tableau import NEVER, feasible
+from gm_ompl.mechanics.tableau import CAREFUL, FEASIBLE, FINEST, NEVER, PIVOT, feasible
 
 A_LOOK = 24
 """Pivots spent on bounding z where its exact value is not wanted."""
-PIVOTS = (1e-9, 1e-9, 1e-6, 1e-6, 1e-5, 1e-5)
+PIVOTS = (PIVOT, FINEST, 1e-6, 1e-6, 1e-5, 1e-5)
 """The smallest pivots of the attempts at a pass, made until one proves its answer: as the tableau
 stands, factored anew; twice more from the beginning, the last by Bland's rule. Where columns depend
 on each other almost, small pivots let rounding grow, and what they would gain is smaller still."""
@@ -165,13 +165,16 @@ def run_pass(
             raw, L, T, d, basis, cost, limit, enough, patience, PIVOTS[attempt], attempt > 0,
             attempt > 3, y, kept,
         )  # fmt: skip
-        accepted = GOOD if attempt == 0 else CLOSE
+        if end == TROUBLE:
+            continue
+        accepted, v = GOOD if attempt == 0 else CLOSE, 0.0
+        good = (end == SOLVED and enough > 0.0) or dual_error(raw, cost, tau, y) <= accepted
         if end == SOLVED:
             v = lower_bound(raw, cost, L, kept)
-            if v * max(tau, enough) >= 1.0 - accepted:
-                return end, direction, tau, v
-        elif end != TROUBLE and dual_error(raw, cost, tau, y) <= accepted:
-            return end, direction, tau, 0.0
+            most = max(tau, enough)
+            good = good and (v * most >= 1.0 - accepted or (attempt > 0 and proven(v, 1.0 / most)))
+        if good:
+            return end, direction, tau, v
     return TROUBLE, direction, tau, 0.0
 
 
@@ -219,7 +222,7 @@ def position_margin(
         return FAILED, U, direction
     if below <= 0.0 and unattained(q, tips, f_max, nobody, L, y) > BALANCED:
         return REACHED, -np.inf, direction
-    if below > U:
+    if below > max(U, 0.0):
         return BELOW, max(U, 0.0), direction
     if not exact or end == EXCEEDED:
         return REACHED, U, direction
@@ -254,21 +257,26 @@ def equilibrium(
         b[t] = -q[t]
     for i in range(n):
         b[6 + i] = f_max[i]
-    start(raw, 0.0, L, T, d, basis, m, N)
-    end = feasible(T, d, basis, m, N, N + m, b, x, y[0])
-    if end == 0 and into_polar(env, w, margin, y[0]):
-        return BELOW if unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED else FAILED
-    if end != 1:
-        return FAILED
-    for r in range(m):
-        if basis[r] < N:
-            k[basis[r]] = max(x[r], 0.0)
-    for i in range(n):
-        f[i] = 0.0
-        for j in range(s):
-            f[i] += k[1 + e + i * s + j]
-        f[i] = min(f[i], f_max[i])
-    return REACHED if _unbalanced(raw, k, b) <= BALANCED else FAILED
+    for tolerance in (FEASIBLE, CAREFUL):
+        start(raw, 0.0, L, T, d, basis, m, N)
+        end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y[0])
+        proof = end == 0 and into_polar(env, w, margin, y[0])
+        if proof and unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED:
+            return BELOW
+        if end != 1:
+            continue
+        k[:] = 0.0
+        for r in range(m):
+            if basis[r] < N:
+                k[basis[r]] = max(x[r], 0.0)
+        for i in range(n):
+            f[i] = 0.0
+            for j in range(s):
+                f[i] += k[1 + e + i * s + j]
+            f[i] = min(f[i], f_max[i])
+        if _unbalanced(raw, k, b) <= BALANCED:
+            return REACHED
+    return FAILED
 
 
 @compiled

@@ -16,7 +16,9 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 
 PIVOT = 1e-9
-"""Smallest entry accepted as a pivot; columns have norms of order 1."""
+"""Smallest entry accepted as a pivot; columns have norms of order 1. And"""
+FINEST = 1e-12
+"""the smallest where such entries matter, as they do to fingers that may press hard."""
 FEASIBLE = 1e-10
 """Tolerance on basic variables, relative to the largest of them (at least 1), and"""
 CAREFUL = 1e-14
@@ -109,9 +111,12 @@ def entering(
 
 @compiled
 def feasible(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, W: int, b: Array, x: Array, y: Array
-) -> int:
+    T: Array, d: Array, basis: IntArray, m: int, N: int, W: int, b: Array, tolerance: float,
+    x: Array, y: Array,
+) -> int:  # fmt: skip
     """Dual simplex for the one right-hand side ``b`` (m,), from a dual feasible tableau.
+
+    ``tolerance`` on basic variables is relative to the largest of them (at least 1).
 
     Returns:
         1 where ``x`` (m,) is the optimal basic solution, and ``y`` (up to m,) its duals; 0 where
@@ -124,13 +129,13 @@ def feasible(
             for j in range(m):
                 x[r] += inverse[r, j] * b[j]
         bland = step > DANTZIG_STEPS * (1 + m // 12) + N
-        r = leaving(x, basis, m, N, FEASIBLE, bland)
+        r = leaving(x, basis, m, N, tolerance, bland)
         if r < 0:
             for j in range(len(y)):
                 y[j] = -d[N + j]
             return 1
         sign = 1.0 if x[r] < 0.0 else -1.0
-        c = entering(T, d, N, r, sign, PIVOT, bland, room)
+        c = entering(T, d, N, r, sign, PIVOT if tolerance >= FEASIBLE else FINEST, bland, room)
         if c < 0:
             for j in range(len(y)):
                 y[j] = -sign * inverse[r, j]

@@ -101,7 +101,19 @@ def edges() -> None:
     passed, w, none = np.empty(2, dtype=np.int64), y.copy(), np.zeros(MAX_BLOCKS, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, passed, w)
     internal_force.separate(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))), w)
-    joint_margin(ENV, LOAD, TIPS, F_MAX, force, DIRECTIONS, none, 1, f, np.empty((MAX_BLOCKS, 6)))
+    joint_margin(
+        ENV,
+        LOAD,
+        TIPS,
+        F_MAX,
+        force,
+        DIRECTIONS,
+        none,
+        1,
+        tableau.FEASIBLE,
+        f,
+        np.empty((MAX_BLOCKS, 6)),
+    )
     stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, f)
     certificate.lower_bound(raw, cost, DIRECTIONS, np.zeros((N, 2 * sides.SIDES)))
     certificate.separates_environment(ENV, w)
