@@ -24,7 +24,9 @@ def degenerate_instance(rng: np.random.Generator) -> Instant:
     half = 10.0 ** rng.uniform(-6, 6) * rng.choice([0.5, 1.0, 2.0], size=3)
     mass, weight = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6)
     points, normals = _fingertips(rng, half, n)
-    limits = rng.choice([0.5, 1.0, 2.0, 10.0, 1e-3, 1e3], size=n, p=[0.2, 0.2, 0.3, 0.2, 0.05, 0.05])
+    limits = rng.choice(
+        [0.5, 1.0, 2.0, 10.0, 1e-3, 1e3], size=n, p=[0.2, 0.2, 0.3, 0.2, 0.05, 0.05]
+    )
     inertia = mass / 3.0 * np.diag((half**2).sum() - half**2)
     return Instant(
         contacts=_contacts(rng, half),
@@ -56,7 +58,7 @@ def _fingertips(rng: np.random.Generator, half: Array, n: int) -> tuple[Array, A
     """Grid points of a box, some nearly coincident, opposed, or with no lever arm."""
     points, normals = np.zeros((n, 3)), np.zeros((n, 3))
     for i in range(n):
-        axis, side = rng.integers(3), rng.choice([-1.0, 1.0])
+        axis, side = int(rng.integers(3)), rng.choice([-1.0, 1.0])
         at = (2.0 * rng.integers(5, size=3) + 1.0) / 5.0 - 1.0
         kind = rng.random()
         if i and kind < 0.25:  # beside an earlier one

@@ -20,6 +20,7 @@ class Outcome(enum.Enum):
     INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
     BELOW = "z is smaller than the threshold asked about, for every choice of modes"
     NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
+    UNDECIDED = "no answer could be proven, neither by the kernel nor by the reference"
 
 
 class ModeDecision(NamedTuple):

@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.contact.decision import ModeDecision, Outcome
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
@@ -29,12 +29,16 @@ class KernelBackend:
 
     Attributes:
         decisions: mode decisions computed so far; answers from the memo are not counted.
+        fallbacks: those among them that the reference made, as the kernel found no proof.
+        undecided: those among them that nobody could prove.
+        optimistic: whether what nobody can prove counts as any z instead of none: for bounds.
         scale: the unit of force inside the kernel.
         pool: the cuts that decisions of the whole hand have left, forces over ``scale``.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self.decisions = 0
+        self.decisions = self.fallbacks = self.undecided = 0
+        self.optimistic = False
         self._problem = problem
         hand, settings = problem.fingers, problem.mechanics
         self._U = columns.wrench_norm(problem.mass, problem.inertia)
@@ -95,21 +99,19 @@ class KernelBackend:
             placements: where.
             below: where z is proven smaller than this, outcome BELOW and a bound will do.
 
-        Raises:
-            SolverError: the kernel found neither a decision nor a proof.
         """
-        kinds, hand = self._hand(fingers)
-        key = (environment, kinds, placements)
+        key = (environment, self._hand(fingers)[0], placements)
         known = self._known(key, below)
         if known is None:
-            known = self._solve(environment, hand, placements, below)
+            known = self._solve(environment, fingers, placements, below)
             self._memo[key] = known.outcome is not Outcome.BELOW, known
         return known
 
     def _solve(
-        self, environment: int, hand: IntArray, placements: Placements, below: float
+        self, environment: int, fingers: tuple[int, ...], placements: Placements, below: float
     ) -> ModeDecision:
         self.decisions += 1
+        hand = self._hand(fingers)[1]
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         end, z, direction, mask = modes.decide(
             self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
@@ -117,9 +119,26 @@ class KernelBackend:
         )  # fmt: skip
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)
-        if end == modes.UNDER:
-            return ModeDecision(Outcome.BELOW, float(z) * self.scale)
-        return as_decision(end, z * self.scale, direction, mask, f_com * self.scale)
+        decision = as_decision(end, z * self.scale, direction, mask, f_com * self.scale)
+        return decision or self._fall_back(environment, fingers, placements)
+
+    def _fall_back(
+        self, environment: int, fingers: tuple[int, ...], placements: Placements
+    ) -> ModeDecision:
+        """Let the reference decide what the kernel cannot prove."""
+        # Imported late: it loads HiGHS, and is hardly ever needed.
+        from gm_ompl.reference.proof import proven_decision
+
+        self.fallbacks += 1
+        contacts = self._contacts[environment]
+        decision = proven_decision(self._problem.instant(contacts, fingers, placements))
+        if decision is not None:
+            return decision
+        self.undecided += 1
+        if not self.optimistic:
+            return ModeDecision(Outcome.UNDECIDED, -math.inf)
+        n = len(fingers)
+        return ModeDecision(Outcome.STABLE, math.inf, (ControlMode.POSITION,) * n, (None,) * n)
 
     def decide_many(
         self, environments: IntArray, sets: IntArray, below: float = 0.0
@@ -131,8 +150,6 @@ class KernelBackend:
             sets: (K, n), its placements.
             below: where z is proven smaller than this, outcome BELOW and a bound will do.
 
-        Raises:
-            SolverError: the kernel found neither a decision nor a proof.
         """
         kinds = tuple(self._kinds)
         keys = [
@@ -162,18 +179,17 @@ class KernelBackend:
             )  # fmt: skip
 
         share_out(work, K)
-        return [self._answer(int(which[k]), answers, k) for k in range(K)]
+        return [self._answer(int(which[k]), rows[k], answers, k) for k in range(K)]
 
-    def _answer(self, environment: int, answers: Decisions, k: int) -> ModeDecision:
+    def _answer(self, environment: int, rows: IntArray, answers: Decisions, k: int) -> ModeDecision:
         """Return decision ``k`` and keep the cut that it leaves."""
-        z = float(answers.zs[k])
         self.pool.add(environment, self._load[environment], answers.wrenches[k])
-        if answers.ends[k] == modes.UNDER:
-            return ModeDecision(Outcome.BELOW, z * self.scale)
-        return as_decision(
-            int(answers.ends[k]), z * self.scale, int(answers.directions[k]),
+        decision = as_decision(
+            int(answers.ends[k]), float(answers.zs[k]) * self.scale, int(answers.directions[k]),
             int(answers.masks[k]), answers.commands[k] * self.scale,
         )  # fmt: skip
+        everyone = tuple(range(len(rows)))
+        return decision or self._fall_back(environment, everyone, tuple(rows.tolist()))
 
     def _hand(self, fingers: tuple[int, ...]) -> tuple[Placements, IntArray]:
         """Return the fingers' kinds and their numbers as an array."""

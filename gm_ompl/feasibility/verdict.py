@@ -16,11 +16,13 @@ class Finding(enum.Enum):
     INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
     NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
     UNSTABLE = "z is below z_min"
+    UNDECIDED = "no answer could be proven"
 
 
 _REFUSALS = {
     Outcome.INTERNAL_FORCE: Finding.INTERNAL_FORCE,
     Outcome.NO_EQUILIBRIUM: Finding.NO_EQUILIBRIUM,
+    Outcome.UNDECIDED: Finding.UNDECIDED,
 }
 
 

@@ -27,14 +27,15 @@ def as_mask(previous: tuple[ControlMode, ...] | None) -> int:
     return sum(1 << i for i, mode in enumerate(previous) if mode is ControlMode.POSITION)
 
 
-def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> ModeDecision:
-    """Return the ModeDecision of an exact kernel answer, forces in the units of ``f_com``.
+def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> ModeDecision | None:
+    """Return the ModeDecision of a kernel answer, forces in the units of ``f_com``.
 
-    Raises:
-        SolverError: the kernel found no proof.
+    None where the kernel found no proof.
     """
+    if end == modes.UNDER:
+        return ModeDecision(Outcome.BELOW, float(z))
     if end not in OUTCOMES:
-        raise SolverError("the mechanics kernel found no mode decision that it can prove")
+        return None
     if end != modes.STABLE:
         return ModeDecision(OUTCOMES[end], -np.inf)
     forces: list[float | None] = f_com.tolist()
@@ -86,7 +87,7 @@ def decide_instant(
     """Decide Sec. 3.4 for one instant, exactly.
 
     Raises:
-        SolverError: the kernel found no proof.
+        SolverError: the kernel found no proof; the reference may.
     """
     env, q, tips, f_max = instant_columns(instant)
     f_com = np.zeros(len(f_max))
@@ -94,4 +95,7 @@ def decide_instant(
         env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
     )
     scale = instant.force_scale
-    return as_decision(end, z * scale, direction, mask, f_com * scale)
+    decision = as_decision(end, z * scale, direction, mask, f_com * scale)
+    if decision is None:
+        raise SolverError("the mechanics kernel found no mode decision that it can prove")
+    return decision

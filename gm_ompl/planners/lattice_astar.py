@@ -30,6 +30,7 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
+from gm_ompl.planners.undecided import bounded
 from gm_ompl.problem import Problem
 
 MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...], Stop], Heuristic]
@@ -112,11 +113,11 @@ class AStar(Planner):
         """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
         heuristic = self.settings["heuristic"]
         if heuristic == "lanes" and has_lanes(problem, judge):
-            return solve_on_lanes(problem, judge, budget, report)
+            return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
         make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
         if heuristic == "lanes" and suits(problem):
             make = PlanarHeuristic
-        return solve_on_lattice(problem, judge, budget, report, make)
+        return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
 
 
 @final
@@ -135,7 +136,9 @@ class Dijkstra(Planner):
         report: Report = silent,
     ) -> SearchResult:
         """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        return solve_on_lattice(problem, judge, budget, report, _no_heuristic)
+        return bounded(
+            judge, lambda: solve_on_lattice(problem, judge, budget, report, _no_heuristic)
+        )
 
 
 def _no_heuristic(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,7 +64,12 @@ def best_mode_set(instant: Instant, prefer: Modes | None = None) -> ModeSet | No
     Raises:
         SolverError: the solver returned no answer.
     """
-    return choose(list(_maximal_sets(statics(instant))), prefer)
+    model = statics(instant)
+    sets = [
+        ModeSet(modes, verdict, stability(model, modes))
+        for modes, verdict in maximal_sets(model).passed
+    ]
+    return choose(sets, prefer)
 
 
 def all_mode_sets(instant: Instant) -> tuple[ModeSet, ...]:
@@ -134,20 +139,40 @@ def combinations(fingers: int) -> list[Modes]:
     )  # fmt: skip
 
 
-def _maximal_sets(model: Statics) -> Iterator[ModeSet]:
-    passed: list[frozenset[int]] = []
+@dataclass(frozen=True)
+class MaximalSets:
+    """The largest sets of position-controlled fingers that pass Problem (5).
+
+    Attributes:
+        passed: per set its modes, preferred first, and its verdict.
+        marginal: whether some larger set was given up though neither verdict is proven.
+    """
+
+    passed: tuple[tuple[Modes, InternalForce], ...]
+    marginal: bool
+
+
+def maximal_sets(model: Statics) -> MaximalSets:
+    """Ask Problem (5) of as few sets as tell.
+
+    Raises:
+        SolverError: the solver returned no answer.
+    """
+    passed: dict[frozenset[int], tuple[Modes, InternalForce]] = {}
     failed: list[frozenset[int]] = []
-    verdicts: dict[frozenset[int], InternalForce] = {}
-    every = [(modes, _position(modes)) for modes in combinations(model.fingers)]
-    for _, position in every:
+    marginal = False
+    for modes in combinations(model.fingers):
+        position = _position(modes)
         # The largest sets first: most often all fingers, or all but one, pass at once.
         if any(position <= other for other in passed) or any(position >= f for f in failed):
             continue
-        verdicts[position] = excessive_internal_force(model, position)
-        (failed if verdicts[position].excessive else passed).append(position)
-    for modes, position in every:
-        if position in passed:
-            yield ModeSet(modes, verdicts[position], stability(model, modes))
+        verdict = excessive_internal_force(model, position)
+        marginal = marginal or verdict.marginal
+        if verdict.excessive:
+            failed.append(position)
+        else:
+            passed[position] = modes, verdict
+    return MaximalSets(tuple(passed.values()), marginal)
 
 
 def _judge(model: Statics, modes: Modes) -> ModeSet:

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
+from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.exact import balanced, exact_best, exact_margin
 from gm_ompl.reference.program import LinearProgram, LpSolution, LpStatus
 from gm_ompl.reference.statics import Statics
 
@@ -53,13 +55,20 @@ class Stability:
 def stability(model: Statics, modes: Sequence[ControlMode]) -> Stability:
     """Solve Problem (6) for the given modes, f_com chosen best.
 
+    Exact arithmetic solves what HiGHS does not.
+
     Raises:
-        SolverError: the solver returned no answer.
+        SolverError: neither returned an answer.
     """
     if ControlMode.FORCE not in modes:
         return stability_at(model, modes, np.zeros(model.fingers))
-    solution = highs.solve(stability_program(model, modes))
-    return stability_of(solution, model.fingers)
+    try:
+        return stability_of(highs.solve(stability_program(model, modes)), model.fingers)
+    except SolverError:
+        best = exact_best(model, _force(modes))
+        if best.least > 0.0 or balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+            return Stability(best.least, best.f_com, best.direction, 0.0)
+        return Stability(-np.inf, np.zeros(0), -1, 0.0)
 
 
 def stability_program(model: Statics, modes: Sequence[ControlMode]) -> LinearProgram:
@@ -70,7 +79,7 @@ def stability_program(model: Statics, modes: Sequence[ControlMode]) -> LinearPro
     As the directions are symmetric, no z < 0 is needed: if z can be negative it can be 0.
     """
     n, N = model.fingers, len(DIRECTIONS)
-    force = np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
+    force = _force(modes)
     A, normal = _block(model)
     k = A.shape[1]
     toward_f_com = np.vstack([np.zeros((6, n)), -np.diag(force.astype(float))])
@@ -109,16 +118,24 @@ def stability_of(solution: LpSolution, fingers: int) -> Stability:
 def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> Stability:
     """Solve Problem (6) for fixed f_com, (n,), one small program per direction.
 
-    With f_com fixed the directions share nothing but z, so z is the least of the z_i.
+    With f_com fixed the directions share nothing but z, so z is the least of the z_i. Exact
+    arithmetic solves what HiGHS does not.
 
     Raises:
-        SolverError: the solver returned no answer.
+        SolverError: neither returned an answer.
     """
-    limits = np.array([
-        f if mode is ControlMode.FORCE else most
-        for mode, f, most in zip(modes, f_com, model.f_max, strict=True)
-    ])  # fmt: skip
-    force = np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
+    force = _force(modes)
+    limits = np.where(force, f_com, model.f_max)
+    try:
+        return _stability_by_highs(model, limits, force, f_com)
+    except SolverError:
+        found = exact_margin(model, limits, force)
+        if found.z > 0.0 or balanced(model, limits, force):
+            return Stability(found.z, f_com, found.direction, 0.0)
+        return Stability(-np.inf, np.zeros(0), found.direction, 0.0)
+
+
+def _stability_by_highs(model: Statics, limits: Array, force: BoolArray, f_com: Array) -> Stability:
     program = direction_program(model, limits, force)
     solver = highs.Solver(program)
     least, direction, residual = np.inf, -1, 0.0
@@ -137,7 +154,12 @@ def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> 
     return Stability(least if least > NEGLIGIBLE else 0.0, f_com, direction, residual)
 
 
-def resistances(model: Statics, limits: Array, force: Array) -> Array:
+def _force(modes: Sequence[ControlMode]) -> BoolArray:
+    """Return which fingers are force-controlled, (n,)."""
+    return np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
+
+
+def resistances(model: Statics, limits: Array, force: BoolArray) -> Array:
     """Return z_i, (76,): the largest multiple of each l_i that can be resisted.
 
     Args:
@@ -158,7 +180,7 @@ def resistances(model: Statics, limits: Array, force: Array) -> Array:
     return found
 
 
-def direction_program(model: Statics, limits: Array, force: Array) -> LinearProgram:
+def direction_program(model: Statics, limits: Array, force: BoolArray) -> LinearProgram:
     """Build: minimise tau = 1/z_i subject to ``tau q + A k = l_i``, k >= 0, tau >= 0.
 
     It is Problem (6) for one direction, divided by z: per finger the normal force is at most
@@ -177,7 +199,7 @@ def direction_program(model: Statics, limits: Array, force: Array) -> LinearProg
     )
 
 
-def in_equilibrium(model: Statics, limits: Array, force: Array) -> bool:
+def in_equilibrium(model: Statics, limits: Array, force: BoolArray) -> bool:
     """Whether Eq. (3) has a solution without disturbance (tau = 1, l = 0)."""
     program = direction_program(model, limits, force)
     lower, upper = program.col_lower.copy(), program.col_upper.copy()

@@ -11,15 +11,17 @@ from scipy.optimize import linprog, nnls
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.blocks import joint_margin
+from gm_ompl.mechanics.certificate import separates_environment, upper_bound
 from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
-from gm_ompl.mechanics.internal_force import least_norm_point
+from gm_ompl.mechanics.internal_force import FAILS, PASSES, separate
 from gm_ompl.mechanics.master import best_command
 from gm_ompl.mechanics.stability import REACHED, new_tableau, position_margin
+from gm_ompl.mechanics.tableau import FEASIBLE
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_least_norm_point(seed: int) -> None:
-    """Wolfe's algorithm finds the distance that non-negative least squares finds."""
+def test_separation(seed: int) -> None:
+    """Wolfe's algorithm separates where non-negative least squares finds a distance."""
     rng = np.random.default_rng(seed)
     K = int(rng.integers(1, 40))
     P = rng.normal(size=(K, 6)) + rng.choice([0.0, 0.5, 2.0]) * np.eye(6)[seed % 6]
@@ -33,11 +35,12 @@ def test_least_norm_point(seed: int) -> None:
     k, _ = nnls(np.vstack([P.T, np.full(len(P), heavy)]), np.append(np.zeros(6), heavy))
     expected = np.linalg.norm(P.T @ (k / k.sum()))
     x = np.zeros(6)
-    distance = least_norm_point(np.ascontiguousarray(P), len(P), x)
-    assert distance == pytest.approx(expected, abs=1e-7)
-    assert np.linalg.norm(x) == pytest.approx(distance, abs=1e-12)
-    if distance > 1e-9:
-        assert (P @ x).min() >= distance**2 - 1e-9
+    end, margin = separate(np.ascontiguousarray(P), len(P), x)
+    assert end == (PASSES if expected > 1e-6 else FAILS)
+    if end == PASSES:
+        assert np.linalg.norm(x) <= 1.0 + 1e-12
+        assert (P @ x).min() == pytest.approx(margin, abs=1e-14)
+        assert margin <= expected + 1e-7
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -54,7 +57,12 @@ def test_best_command(seed: int) -> None:
         bounds=[(None, None), *((0.0, limit) for limit in limits)],
     )  # fmt: skip
     f = np.empty(n)
-    z = best_command(h, c, s, K, limits, n, f)
+    which, weights = np.empty(1 + n, dtype=np.int64), np.empty(1 + n)
+    z = best_command(h, c, s, K, limits, n, f, which, weights)
+    used = which >= 0
+    total, on = weights[used] @ c[which[used]], weights[used] @ s[which[used]]
+    assert weights[used] @ h[which[used]] == pytest.approx(1.0)
+    assert total + np.maximum(on, 0.0) @ limits == pytest.approx(z, abs=1e-9)
     assert z == pytest.approx(-found.fun, abs=1e-9)
     assert (f >= 0.0).all()
     assert (f <= limits).all()
@@ -78,9 +86,13 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
     chosen[0] = direction
     before = np.inf
     for i in rng.permutation(76)[:10]:
-        g = np.zeros(2)
-        solved, joint = joint_margin(env, q, tips, f_max, force, DIRECTIONS, chosen, count, g)
+        g, Y = np.zeros(2), np.zeros((24, 6))
+        solved, joint = joint_margin(
+            env, q, tips, f_max, force, DIRECTIONS, chosen, count, FEASIBLE, g, Y
+        )
         assert solved
+        bound = upper_bound(q, tips, f_max, force, DIRECTIONS, Y[:count])
+        assert bound == pytest.approx(joint, rel=1e-7, abs=1e-9)
         # joint = 0 stands for "tau is nothing": the chosen directions do not limit z.
         if joint > 0.0:
             assert z * (1.0 - 1e-7) <= joint <= before * (1.0 + 1e-7)
@@ -95,13 +107,16 @@ def test_a_short_look_bounds_z(seed: int, instances: ModuleType) -> None:
     """A pass without patience: never below z, and never BELOW where z reaches the threshold."""
     rng = np.random.default_rng(seed)
     env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
-    y = np.zeros(6)
+    y, w = np.zeros(6), np.zeros(6)
+    wide = separates_environment(env, w)
     room = new_tableau(len(tips), len(env), tips.shape[1])
-    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, room, y)
-    if end != REACHED or z == 0.0:
+    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, room, w, wide, y)
+    if end != REACHED or z <= 0.0:
         return
     for below in (0.5 * z, 0.999 * z, 1.001 * z, 2.0 * z):
-        how, bound, _ = position_margin(env, q, tips, f_max, DIRECTIONS, below, False, room, y)
+        how, bound, _ = position_margin(
+            env, q, tips, f_max, DIRECTIONS, below, False, room, w, wide, y
+        )
         assert bound >= z * (1.0 - 1e-9)
         if below < z:
             assert how == REACHED

@@ -1,0 +1,284 @@
+"""Problem (6) in exact arithmetic: the last word where floating point proves nothing.
+
+The tau program of ``stability.direction_program``, for all 76 directions on one tableau of integers
+with a common denominator (Edmonds, Systems of distinct representatives and linear algebra, J. Res.
+NBS 71B, 1967; Avis, A revised implementation of the reverse search vertex enumeration algorithm,
+2000). The numbers given are taken at their word: every double is a fraction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from scipy.optimize import linprog
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.errors import SolverError
+from gm_ompl.reference.statics import Statics
+
+DANTZIG_STEPS = 60
+"""Pivots towards one direction before falling back to Bland's rule, which cannot cycle."""
+MISSED = 1e-9
+"""Forces that miss equilibrium by less than this (over M g) balance (convention)."""
+MAX_STEPS = 500
+"""Pivots towards one direction before giving up."""
+ROUNDS = 60
+"""Cuts on z(f_com) at most."""
+GAP = 1e-9
+"""Cutting stops where both bounds on z lie within this, relative to max(z, 1e-3)."""
+
+
+@dataclass(frozen=True)
+class ExactMargin:
+    """z for given f_com, and what proves that it is no larger.
+
+    Attributes:
+        z: 0 where some direction cannot be resisted at all; +inf where all can, to any degree.
+        direction: number of a direction that limits z, or -1.
+        wrench: y (6,), in the polar of the environment's cone: z h(y) <= q . y + the fingers'
+            share, with equality at this f_com; empty where z is +inf.
+    """
+
+    z: float
+    direction: int
+    wrench: tuple[Fraction, ...]
+
+
+def exact_margin(model: Statics, limits: Array, force: BoolArray) -> ExactMargin:
+    """Solve Problem (6) for given f_com.
+
+    Args:
+        model: the mechanics.
+        limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
+        force: (n,), which fingers are force-controlled.
+    """
+    tableau = _Tableau(_columns(model, limits, force))
+    worst, direction, y = Fraction(0), -1, tuple[Fraction, ...]()
+    for number, signs in enumerate(_SIDES):
+        tau = tableau.solve(signs)
+        if tau is None:
+            return ExactMargin(0.0, number, tableau.ray)
+        tau *= _LENGTHS[number]
+        if tau > worst:
+            worst, direction, y = tau, number, tableau.duals()
+    return ExactMargin(float(1 / worst) if worst else np.inf, direction, y)
+
+
+def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
+    """Whether forces balance the load (Eq. (3), no disturbance), up to MISSED.
+
+    Args:
+        model: the mechanics.
+        limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
+        force: (n,), which fingers are force-controlled.
+    """
+    columns = _columns(model, limits, force)
+    tableau = _Tableau(columns[1:], cost=0)
+    if tableau.solve([-value for value in columns[0]]) is not None:
+        return True
+    # The ray is a wrench that does work on the load for which no contact makes up.
+    y = np.array([float(value) for value in tableau.ray])
+    missed = -float(y @ model.load)
+    for i, (limit, sigma) in enumerate(zip(limits, _supports(model, y), strict=True)):
+        missed -= float(limit) * (sigma if force[i] else max(sigma, 0.0))
+    return missed <= MISSED * float(np.linalg.norm(y))
+
+
+def _supports(model: Statics, y: Array) -> list[float]:
+    """Return per finger the most work that y (6,) gets from a unit normal force."""
+    s, found = model.edges, []
+    for i in range(model.fingers):
+        tips = slice(i * s, (i + 1) * s)
+        found.append(float(((y @ model.rob_wrenches[:, tips]) / model.normal_parts[i, tips]).max()))
+    return found
+
+
+def _columns(model: Statics, limits: Array, force: BoolArray) -> list[list[Fraction]]:
+    """Return tau's column, the edges' columns, and a slack per position-controlled finger."""
+    A = np.hstack([model.env_wrenches, model.rob_wrenches])
+    normal = np.hstack([np.zeros((model.fingers, model.env_wrenches.shape[1])), model.normal_parts])
+    slack = np.vstack([np.zeros((6, model.fingers)), np.eye(model.fingers)])[:, ~force]
+    tau = np.append(model.load, -limits)[:, None]
+    whole = np.hstack([tau, np.vstack([A, normal]), slack])
+    return [[Fraction(value) for value in column] for column in whole.T.tolist()]
+
+
+_K = 2.0 * np.sqrt(3.0 - np.sqrt(6.0))
+_SIDES: list[list[int]] = [
+    *([sign * (i == j) for j in range(6)] for i in range(6) for sign in (1, -1)),
+    *([1 - 2 * (code >> (5 - j) & 1) for j in range(6)] for code in range(64)),
+]
+"""The directions of ``stability.DIRECTIONS`` without their length, which is that of"""
+_LENGTHS = [Fraction(_K)] * 12 + [Fraction(_K / np.sqrt(6.0))] * 64
+
+
+class _Tableau:
+    """Dual simplex on integers: true entries are ``rows`` over ``denominator``.
+
+    Columns: the program's, then one artificial variable per row, fixed at zero, which hold the
+    inverse of the basis. The last row holds the reduced costs; the first column has ``cost``.
+    """
+
+    def __init__(self, columns: Sequence[Sequence[Fraction]], cost: int = 1) -> None:
+        self._m, self._N = len(columns[0]), len(columns)
+        # Powers of two make integers of doubles; every column may have its own.
+        self._scales = [max(value.denominator for value in column) for column in columns]
+        self.rows = [
+            [int(column[i] * scale) for column, scale in zip(columns, self._scales, strict=True)]
+            + [int(i == j) for j in range(self._m)]
+            for i in range(self._m)
+        ]
+        self.rows.append([cost * scale for scale in self._scales[:1]])
+        self.rows[-1] += [0] * (self._N + self._m - len(self.rows[-1]))
+        self.basis = list(range(self._N, self._N + self._m))
+        self.denominator = 1
+        self.ray: tuple[Fraction, ...] = ()
+
+    def solve(self, side: Sequence[int | Fraction]) -> Fraction | None:
+        """Return the least tau for a right-hand side, None where it cannot be reached.
+
+        The side may be shorter than the rows: the rest is zero.
+        """
+        step = 0
+        while True:
+            x = [self._times(row, side) for row in self.rows[:-1]]
+            r = self._leaving(x, bland=step > DANTZIG_STEPS)
+            if r is None:
+                return -self._times(self.rows[-1], side) / self.denominator
+            sign = 1 if x[r] < 0 else -1
+            c = self._entering(r, sign)
+            if c is None:
+                row = self.rows[r][self._N :]
+                longest = max(abs(value) for value in row)
+                self.ray = tuple(Fraction(-sign * value, longest) for value in row[:6])
+                return None
+            self._pivot(r, c)
+            step += 1
+            if step > MAX_STEPS:
+                raise SolverError(f"no end after {MAX_STEPS} exact pivots")
+
+    def duals(self) -> tuple[Fraction, ...]:
+        """Return the first six multipliers of the present basis."""
+        row = self.rows[-1][self._N : self._N + 6]
+        return tuple(Fraction(-value, self.denominator) for value in row)
+
+    def _times(self, row: Sequence[int], side: Sequence[int | Fraction]) -> Fraction:
+        return Fraction(sum(a * b for a, b in zip(row[self._N :], side, strict=False)))
+
+    def _leaving(self, x: Sequence[Fraction], bland: bool) -> int | None:
+        excess = [abs(value) if self.basis[r] >= self._N else -value for r, value in enumerate(x)]
+        wrong = [r for r, value in enumerate(excess) if value > 0]
+        if not wrong:
+            return None
+        if bland:
+            return min(wrong, key=lambda r: self.basis[r])
+        return max(wrong, key=lambda r: float(excess[r] / self.denominator))
+
+    def _entering(self, r: int, sign: int) -> int | None:
+        """Return the column of least ratio; the first among equals."""
+        row, costs, best = self.rows[r], self.rows[-1], None
+        for j in range(self._N):
+            alpha = -sign * row[j]
+            if alpha > 0 and (best is None or costs[j] * -sign * row[best] < costs[best] * alpha):
+                best = j
+        return best
+
+    def _pivot(self, r: int, c: int) -> None:
+        chosen, before = self.rows[r], self.denominator
+        pivot = chosen[c]
+        if pivot < 0:
+            chosen = self.rows[r] = [-value for value in chosen]
+            pivot = -pivot
+        for i, row in enumerate(self.rows):
+            if i != r:
+                factor = row[c]
+                self.rows[i] = [
+                    (pivot * a - factor * b) // before for a, b in zip(row, chosen, strict=True)
+                ]
+        self.denominator = pivot
+        self.basis[r] = c
+
+
+@dataclass(frozen=True, eq=False)
+class ExactBest:
+    """z for the best f_com, between two bounds that are exact but for the last digit.
+
+    Attributes:
+        least: z at ``f_com``.
+        most: no f_com does better; negative where no forces balance the load.
+        f_com: (n,), 0 under position control.
+        direction: number of a direction that limits z, or -1.
+    """
+
+    least: float
+    most: float
+    f_com: Array
+    direction: int
+
+
+def exact_best(model: Statics, force: BoolArray) -> ExactBest:
+    """Solve Problem (6) for the best f_com by exact cuts z <= c + slopes . f_com (Kelley).
+
+    Args:
+        model: the mechanics.
+        force: (n,), which fingers are force-controlled.
+    """
+    limits, best = np.where(force, 0.5 * model.f_max, model.f_max), None
+    cuts: list[tuple[float, Array]] = []
+    while True:
+        found = exact_margin(model, limits, force)
+        c, slopes = _cut(model, found.wrench, force) if found.wrench else (np.inf, np.zeros(0))
+        at = c + float(slopes @ limits[force])
+        z = min(found.z, max(at, 0.0))
+        if best is None or z > best.least or (z == best.least and at > best.most):
+            best = ExactBest(z, at, np.where(force, limits, 0.0), found.direction)
+        if not force.any() or not found.wrench:
+            return best
+        cuts.append((c, slopes))
+        most, f = _trial(cuts, model.f_max[force])
+        if most - best.least <= GAP * max(most, 1e-3) or len(cuts) == ROUNDS:
+            return ExactBest(best.least, most, best.f_com, best.direction)
+        limits = model.f_max.copy()
+        limits[force] = f
+
+
+def _trial(cuts: Sequence[tuple[float, Array]], f_max: Array) -> tuple[float, Array]:
+    """Return a bound on z that the cuts prove, and the f_com that allows it, but for rounding."""
+    c, slopes = np.array([c for c, _ in cuts]), np.stack([slope for _, slope in cuts])
+    rows = np.column_stack([np.ones(len(c)), -slopes * f_max])
+    sizes = np.maximum(np.abs(rows).max(axis=1), np.abs(c))
+    found = linprog(
+        np.append(-1.0, np.zeros(len(f_max))), rows / sizes[:, None], c / sizes,
+        bounds=[(None, None), *[(0.0, 1.0)] * len(f_max)], method="highs-ds",
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )  # fmt: skip
+    if found.x is None:
+        return np.inf, f_max * np.random.default_rng(len(cuts)).random(len(f_max))
+    weights = np.maximum(-found.ineqlin.marginals, 0.0) / sizes
+    weights /= weights.sum()
+    most = float(weights @ c + np.maximum(weights @ slopes, 0.0) @ f_max)
+    return most, np.clip(found.x[1:], 0.0, 1.0) * f_max
+
+
+def _cut(model: Statics, y: Sequence[Fraction], force: BoolArray) -> tuple[float, Array]:
+    """Return c and the slopes of the cut that an exact wrench in the polar gives."""
+
+    def dot(column: Array) -> Fraction:
+        return sum((a * Fraction(b) for a, b in zip(y, column.tolist(), strict=True)), Fraction(0))
+
+    h = max(dot(np.array(side, dtype=float)) * length
+            for side, length in zip(_SIDES, _LENGTHS, strict=True))  # fmt: skip
+    c, slopes, s = dot(model.load), [], model.edges
+    for i in range(model.fingers):
+        sigma = max(
+            dot(model.rob_wrenches[:, j]) / Fraction(float(model.normal_parts[i, j]))
+            for j in range(i * s, (i + 1) * s)
+        )
+        if force[i]:
+            slopes.append(float(sigma / h))
+        else:
+            c += Fraction(float(model.f_max[i])) * max(sigma, Fraction(0))
+    return float(c / h), np.array(slopes)
