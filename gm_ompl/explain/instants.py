@@ -36,13 +36,7 @@ class Explainer:
         self, q: Coordinates, direction: Coordinates | None, placements: Placements
     ) -> Verdict:
         """Return the judge's verdict, z exact."""
-        if direction is not None:
-            return self.judge.segment(q, direction, placements)
-        if not self.judge.placements_valid(q, placements):
-            return Verdict(Finding.GEOMETRY)
-        everyone = tuple(range(len(placements)))
-        decision = self.judge.rest(q, everyone, placements)
-        return Verdict.of(decision, self.problem.mechanics.z_min)
+        return self.judge.segment(self.problem.motion.moment(q, direction), placements)
 
     def line(
         self,
@@ -89,10 +83,9 @@ class Explainer:
     def _modes(
         self, q: Coordinates, direction: Coordinates | None, placements: Placements
     ) -> tuple[ModeLine, ...]:
-        problem, pose = self.problem, self.problem.motion.pose(q)
-        twist = None if direction is None else problem.motion.velocity(q, direction)
-        touching = environment_contacts(problem.body, problem.environment, pose)
-        contacts = contact_state(touching, pose, twist, problem.body)
+        problem, moment = self.problem, self.problem.motion.moment(q, direction)
+        touching = environment_contacts(problem.body, problem.environment, moment.pose)
+        contacts = contact_state(touching, moment.pose, moment.twist, problem.body)
         everyone = tuple(range(len(placements)))
         instant = problem.instant(contacts, everyone, placements)
         found = {d.modes: d for d in Alternatives.of(instant).modes(0.0)}
