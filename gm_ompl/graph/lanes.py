@@ -33,6 +33,7 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
     arcs = [problem.motion.arc(a, b) for a, b in itertools.pairwise(nodes)]
     node_free = _masks(judge, [judge.node(problem.motion.pose(q)) for q in watched(nodes, stop)])
     free = _masks(judge, [judge.along(arc) for arc in watched(arcs, stop)])
+    free &= node_free[:, :, :-1] & node_free[:, :, 1:]
     lengths = _lengths(problem, judge, arcs)
     goals = GoalNodes(problem)
     goal = np.zeros(N + 1, dtype=bool)

@@ -50,6 +50,10 @@ class Segment:
     first: float
     last: float
 
+    def pose(self, share: float) -> Pose:
+        """Return the pose after ``share`` of the segment."""
+        return self.arc.pose(self.first + share * (self.last - self.first))
+
     @cached_property
     def start(self) -> Pose:
         """The pose where it begins."""

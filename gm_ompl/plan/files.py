@@ -22,11 +22,8 @@ _Model = TypeVar("_Model", bound=BaseModel)
 _Path = tuple[int | str, ...]
 OLD_FORMAT = "gm-ompl-plan/1"
 _ARCS = tuple(f"arc: {kind}" for kind in ("translation", "rotation", "straight"))
-_KINDS = (
-    "displacement",
-    "regrasp",
-    *_ARCS,
-)  # pydantic names a union's member inside an error's path
+# pydantic names a union's member inside an error's path
+_KINDS = ("displacement", "regrasp", *_ARCS)
 
 
 def plain(value: dict[str, Any]) -> dict[str, Any]:

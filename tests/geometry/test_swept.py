@@ -89,9 +89,9 @@ def test_fingertips_against_dense_samples(kind: str) -> None:
         ours = SweptScene(body, [Body((other,))], True).free_placements(sweep, centres, radius)
         scene = Scene(body, [Body((other,))], True)
         poses = [sweep.pose(t) for t in np.linspace(0.0, 1.0, SAMPLES // 4)]
-        sampled = np.array(
-            [scene.free_placements(p, centres, radius, none) for p in poses]
-        ).all(axis=0)
+        sampled = np.array([scene.free_placements(p, centres, radius, none) for p in poses]).all(
+            axis=0
+        )
         wide = np.array(
             [scene.free_placements(p, centres, radius + NARROW, none) for p in poses]
         ).all(axis=0)

@@ -120,7 +120,7 @@ def test_a_frictionless_push_overcomes_the_floors_friction(story: Story) -> None
         modes="P",
         f_com=(None,),
         placements=(placement_record(problem, row),),
-        contacts=_contacts(problem, np.array([0.5]), np.array([1.0])),
+        contacts=_contacts(problem, problem.motion.moment((0.5,), (1.0,))),
     )
     found = normal_forces.normal_force_ranges(Story(story.plan, problem, (), ()), beat)
     np.testing.assert_allclose(found, [[4.9, 4.9]], rtol=1e-6)
