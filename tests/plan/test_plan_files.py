@@ -200,10 +200,10 @@ NOT_PLANS = {
     "a list": (b"[]", "one JSON object"),
     "other JSON": (b'{"a": 1}', "format"),
     "binary": (b"\x89PNG\xff\x00", "not a text file"),
-    "key twice": (b'{"format": "gm-ompl-plan/1", "a": 1, "a": 2}', "twice"),
+    "key twice": (b'{"format": "gm-ompl-plan/2", "a": 1, "a": 2}', "twice"),
     "deep": (b"[" * 200_000, "nested too deeply"),
     "long number": (b'{"seed": ' + b"9" * 10_000 + b"}", "too long a number"),
-    "infinite": (b'{"format": "gm-ompl-plan/1", "cost": 1e999}', "cost: inf: must be a finite"),
+    "infinite": (b'{"format": "gm-ompl-plan/2", "cost": 1e999}', "cost: inf: must be a finite"),
 }
 
 
