@@ -69,9 +69,8 @@ def test_a_thin_wall_stops_the_object(tmp_path: Path, planner: str) -> None:
 @pytest.mark.parametrize("planner", ["HybridRRT", "RRTConnect"])
 def test_no_sampling_planner_goes_through(tmp_path: Path, planner: str) -> None:
     """Continuous planners find a plan without the wall, and none with it."""
-    limits = {"max_iterations": 300, "seed": 1}
-    assert api.plan(_scenario(tmp_path), planner, **limits).status == "solved"
-    assert api.plan(_scenario(tmp_path, WALL), planner, **limits).status != "solved"
+    assert api.plan(_scenario(tmp_path), planner, max_iterations=300).status == "solved"
+    assert api.plan(_scenario(tmp_path, WALL), planner, max_iterations=300).status != "solved"
 
 
 def test_in_the_plane_the_object_goes_round(tmp_path: Path) -> None:
