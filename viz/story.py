@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment, Segment
@@ -166,7 +166,7 @@ def _displacement(
                 f_com=segment.f_com,
                 z=segment.z,
                 placements=step.placements,
-                contacts=_contacts(problem, part.middle),
+                contacts=contacts_at(part.middle, problem.body, problem.environment),
             )
         )
     return beats
@@ -187,14 +187,8 @@ def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> Be
         lifted=step.finger,
         target=step.to,
         path=transit(problem, pose, step.finger, step.from_, step.to),
-        contacts=_contacts(problem, Moment(pose)),
+        contacts=contacts_at(Moment(pose), problem.body, problem.environment),
     )
-
-
-def _contacts(problem: Problem, moment: Moment) -> ContactState:
-    """Return the environment contacts at ``moment``."""
-    touching = environment_contacts(problem.body, problem.environment, moment.pose)
-    return contact_state(touching, moment.pose, moment.twist, problem.body)
 
 
 def _poses(part: Segment) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.check.settings import Tolerances
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
@@ -60,9 +60,7 @@ class Referee:
 
     def contacts(self, moment: Moment) -> ContactState:
         """Return the environment contacts at ``moment``."""
-        problem, pose = self.problem, moment.pose
-        touching = environment_contacts(problem.body, problem.environment, pose)
-        return contact_state(touching, pose, moment.twist, problem.body)
+        return contacts_at(moment, self.problem.body, self.problem.environment)
 
     def blocked(self, pose: Pose, rows: Placements) -> str | None:
         """Return why the object at ``pose`` is geometrically invalid, or None where it is valid."""

@@ -7,7 +7,7 @@ import math
 from typing import final
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.explain.blame import Blame
 from gm_ompl.explain.values import InstantLine, ModeLine
 from gm_ompl.feasibility.judge import Judge
@@ -84,8 +84,7 @@ class Explainer:
         self, q: Coordinates, direction: Coordinates | None, placements: Placements
     ) -> tuple[ModeLine, ...]:
         problem, moment = self.problem, self.problem.motion.moment(q, direction)
-        touching = environment_contacts(problem.body, problem.environment, moment.pose)
-        contacts = contact_state(touching, moment.pose, moment.twist, problem.body)
+        contacts = contacts_at(moment, problem.body, problem.environment)
         everyone = tuple(range(len(placements)))
         instant = problem.instant(contacts, everyone, placements)
         found = {d.modes: d for d in Alternatives.of(instant).modes(0.0)}

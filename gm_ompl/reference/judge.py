@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.arrays import BoolArray
 from gm_ompl.contact.decision import ModeDecision, Outcome
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
@@ -127,9 +127,8 @@ class ReferenceJudge:
     def contacts(self, moment: Moment) -> ContactState:
         """Return the environment contacts at ``moment``."""
         if moment.key not in self._contacts:
-            pose, body = moment.pose, self.problem.body
-            touching = environment_contacts(body, self.problem.environment, pose)
-            self._contacts[moment.key] = contact_state(touching, pose, moment.twist, body)
+            body, environment = self.problem.body, self.problem.environment
+            self._contacts[moment.key] = contacts_at(moment, body, environment)
         return self._contacts[moment.key]
 
     def displacement(

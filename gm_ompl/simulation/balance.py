@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.motion.arc import Moment
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.problem import Problem
@@ -85,8 +85,7 @@ def statics_at(
     down: Sequence[int],
 ) -> Statics:
     """Return the mechanics of Sec. 2.2 at one place of a plan, the fingers ``down`` touching."""
-    touching = environment_contacts(problem.body, problem.environment, moment.pose)
-    contacts = contact_state(touching, moment.pose, moment.twist, problem.body)
+    contacts = contacts_at(moment, problem.body, problem.environment)
     # The plan's own points, whatever the table says: what is executed is the plan.
     instant = replace(
         problem.instant(contacts, tuple(down), (0,) * len(down)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.model import DisplacementStep, Plan
 from gm_ompl.problem import Problem
@@ -92,8 +92,7 @@ class Measurement:
                 rows = np.flatnonzero(of_step & (self.timeline.segment[self.rows] == k))
                 if not len(rows):
                     continue
-                touching = environment_contacts(problem.body, problem.environment, moment.pose)
-                state = contact_state(touching, moment.pose, moment.twist, problem.body)
+                state = contacts_at(moment, problem.body, problem.environment)
                 static = ~state.slip.any(axis=1)
                 worst = max(worst, self._moved(rows, state.points[static], state.normals[static]))
         return worst
