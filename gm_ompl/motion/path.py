@@ -12,8 +12,8 @@ from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import REMEMBERED, Motion
-from gm_ompl.motion.screw import UP, Piece, Screw, Tumble
+from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.screw import UP, Piece, Screw, Tumble, remembered
 
 SAME_NODE = 1e-9
 """Two values of s closer than this (in pieces) are the same piece boundary."""
@@ -42,7 +42,7 @@ class PathMotion(Motion):
         for piece in self.pieces:
             knots.append(piece.pose(knots[-1], 1.0))
         self.knots = tuple(knots)
-        self._known: dict[tuple[int, float], Pose] = {}
+        self._known: list[dict[float, Pose]] = [{1.0: knot} for knot in knots[1:]]
         self.names = ("s",)
         self.low, self.high = (0.0,), (1.0,)
         self.periods = (None,)
@@ -68,22 +68,16 @@ class PathMotion(Motion):
 
     def _at(self, p: int, fraction: float) -> Pose:
         """Return the pose after a fraction of piece p; the latest are remembered."""
-        if fraction in (0.0, 1.0):
-            return self.knots[p + int(fraction)]
-        known = self._known.get((p, fraction))
-        if known is None:
-            if len(self._known) >= REMEMBERED:
-                self._known.clear()
-            known = self._known[p, fraction] = self.pieces[p].pose(self.knots[p], fraction)
-        return known
+        if fraction == 1.0:
+            return self.knots[p + 1]
+        return remembered(self._known[p], self.knots[p], self.pieces[p], fraction)
 
     def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Screw:
         """Return the motion from ``tail = [s]`` to ``head = [s]``, within one piece."""
         first, last = float(tail[0]), float(head[0])
         p, _ = self._piece((first + last) / 2.0, ahead=last >= first)
-        return Screw(
-            self.knots[p], self.pieces[p], self._fraction(p, first), self._fraction(p, last)
-        )
+        ends = self._fraction(p, first), self._fraction(p, last)
+        return Screw(self.knots[p], self.pieces[p], *ends, self._known[p])
 
     def _fraction(self, p: int, s: float) -> float:
         """Return the fraction of piece p at ``s``; a node at its boundary is on it."""

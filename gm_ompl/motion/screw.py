@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias, final
 
 import numpy as np
@@ -77,6 +77,22 @@ Piece: TypeAlias = Slide | Tumble
 UP = np.array([0.0, 0.0, 1.0])
 
 
+REMEMBERED = 4096
+"""Poses kept per motion: the same few are asked for again and again."""
+
+
+def remembered(known: dict[float, Pose], origin: Pose, whole: Piece, fraction: float) -> Pose:
+    """Return the pose after a fraction of a motion; the latest are in ``known``."""
+    if fraction == 0.0:
+        return origin
+    pose = known.get(fraction)
+    if pose is None:
+        if len(known) >= REMEMBERED:
+            known.clear()
+        pose = known[fraction] = whole.pose(origin, fraction)
+    return pose
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Screw(Arc):
@@ -87,17 +103,19 @@ class Screw(Arc):
         whole: the whole motion.
         first: the fraction of it at t = 0.
         last: the fraction at t = 1.
+        known: poses by their fraction, shared by the parts of one motion.
     """
 
     origin: Pose
     whole: Piece
     first: float = 0.0
     last: float = 1.0
+    known: dict[float, Pose] = field(default_factory=dict)
 
     def pose(self, t: float) -> Pose:
         """Return the pose at ``t``."""
         fraction = self.last if t == 1.0 else self.first + t * (self.last - self.first)
-        return self.origin if fraction == 0.0 else self.whole.pose(self.origin, fraction)
+        return remembered(self.known, self.origin, self.whole, fraction)
 
     def twist(self, t: float) -> Twist:
         """Return the derivative of the pose at ``t``."""
