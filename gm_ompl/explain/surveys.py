@@ -35,7 +35,7 @@ def sets_at(
     rng: np.random.Generator,
 ) -> tuple[list[Placements], int | None]:
     """Return at most ``samples`` sets valid at ``q``, and how many there are (None: unknown)."""
-    geometry = judge.node(q)
+    geometry = judge.node(problem.motion.pose(q))
     if not geometry.object_free:
         return [], 0
     allowed = restricted(geometry.free, required)

@@ -20,7 +20,10 @@ MAX_SHOWN = 20  # mistakes reported at once
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _Path = tuple[int | str, ...]
-_KINDS = ("displacement", "regrasp")  # pydantic names a union's member inside an error's path
+OLD_FORMAT = "gm-ompl-plan/1"
+_ARCS = tuple(f"arc: {kind}" for kind in ("translation", "rotation", "straight"))
+# pydantic names a union's member inside an error's path
+_KINDS = ("displacement", "regrasp", *_ARCS)
 
 
 def plain(value: dict[str, Any]) -> dict[str, Any]:
@@ -98,8 +101,7 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
         raise PlanFileError(f"{path}:1: not a plan: the file must hold one JSON object")
     if data.get("format") != format_name:
         raise PlanFileError(
-            f"{_where(path, text, ('format',))}: {json.dumps(data.get('format'))}: not a plan; "
-            f'a plan file says "format": "{format_name}"'
+            f"{_where(path, text, ('format',))}: {_other_format(data, format_name)}"
         )
     mistakes = [
         f"{_where(path, text, place)}: {value}: must be a finite number"
@@ -113,6 +115,16 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     if len(mistakes) > MAX_SHOWN:
         mistakes[MAX_SHOWN:] = [f"{path}: and {len(mistakes) - MAX_SHOWN} more mistakes"]
     raise PlanFileError("\n".join(mistakes))
+
+
+def _other_format(data: dict[str, Any], format_name: str) -> str:
+    given = data.get("format")
+    if given == OLD_FORMAT:
+        return (
+            f'"{given}": an older format, without the arcs along which the object moves; this '
+            f'version reads "{format_name}": plan again (the scenario is in the file)'
+        )
+    return f'{json.dumps(given)}: not a plan; a plan file says "format": "{format_name}"'
 
 
 def _text(path: Path) -> str:
