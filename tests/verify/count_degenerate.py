@@ -22,8 +22,9 @@ BATCH = 50
 
 @count(instances=1000)
 def degenerate_instants(instance: int) -> Result:
-    """Of 50 instants with nearly dependent columns none is lost, and each z is proven again to
-    1e-6 of max(z, 1e-3 M g) from the reference's matrices (worst: decided by the reference).
+    """Of 50 degenerate instants none is lost, and other code proves each z (worst: fallbacks).
+
+    To 1e-6 of max(z, 1e-3 M g), from the reference's matrices.
     """
     notes, fallbacks = [], 0
     for seed in range(BATCH * instance, BATCH * (instance + 1)):
