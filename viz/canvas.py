@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.writing import whole
 
 COLUMN: Final = 3.4
 """Width of a paper's column [inch]."""
@@ -74,10 +75,8 @@ def save(figure: Any, path: Path) -> None:
     check_suffix(path)
     kind = path.suffix.lower().lstrip(".")
     dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    try:
-        figure.savefig(path, format=kind, dpi=300, metadata=dates[kind])
-    except OSError as error:
-        raise InputError(f"-o {path}: cannot be written: {error.strerror or error}") from error
+    with whole(path) as part:
+        figure.savefig(part, format=kind, dpi=300, metadata=dates[kind])
 
 
 def title(text: str, most: int = 60) -> str:

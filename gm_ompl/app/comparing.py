@@ -28,6 +28,7 @@ from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
+from gm_ompl.writing import write_text
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def compare_command(request: CompareRequest) -> Exit:
     write_benchmark(records, best, folder / "ompl")
     for name, write in (
         ("runs.parquet", lambda path: write_parquet(records, path)),
-        ("report.html", lambda path: path.write_text(report_html(records, best), encoding="utf-8")),
+        ("report.html", lambda path: write_text(path, report_html(records, best))),
     ):
         try:
             write(folder / name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
+from gm_ompl.writing import whole
 
 RATE = 30
 """Pictures per second."""
@@ -41,6 +43,7 @@ class Film:
         self._camera: Any = None
         self._picture: Any = None
         self._shown = 0
+        self._files = ExitStack()
 
     def __enter__(self) -> Film:
         """Begin; the file is made with the first picture."""
@@ -52,11 +55,28 @@ class Film:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Finish the file and release the renderer."""
-        if self._writer is not None:
-            self._writer.close()
+        """Finish the file and release the renderer.
+
+        Raises:
+            InputError: the file could not be written whole.
+        """
         if self._camera is not None:
             self._camera.__exit__(kind, error, trace)
+        self._files.__exit__(kind, error, trace)
+
+    def _finish(self, part: Path) -> None:
+        """Close the film and count its pictures: ffmpeg does not say that a disk was full."""
+        try:
+            self._writer.close()
+            with self._imageio.get_reader(str(part)) as film:
+                whole_film = sum(1 for _ in film) >= self._shown
+        except (OSError, RuntimeError, ValueError):
+            whole_film = False
+        if not whole_film:
+            raise self._refused()
+
+    def _refused(self) -> InputError:
+        return InputError(f"--video: cannot write {self._path}: No space left on device, or too little")
 
     def __call__(self, player: Player, instant: int) -> None:
         """Add a picture where one is due.
@@ -68,7 +88,11 @@ class Film:
             return
         if self._camera is None:
             self._begin(player)
-        self._writer.append_data(self._picture())
+        picture = self._picture()
+        try:
+            self._writer.append_data(picture)
+        except OSError as error:
+            raise self._refused() from error
         self._shown += 1
 
     def _begin(self, player: Player) -> None:
@@ -84,6 +108,8 @@ class Film:
             ) from error
         self._camera = camera
         gif = self._path.suffix.lower() == ".gif"
-        options: dict[str, Any] = {"loop": 0} if gif else {"macro_block_size": 1}
+        options: dict[str, Any] = {"loop": 0} if gif else {"macro_block_size": 1, "ffmpeg_log_level": "quiet"}
         timing = {"duration": 1000.0 / RATE} if gif else {"fps": RATE}
-        self._writer = self._imageio.get_writer(str(self._path), **options, **timing)
+        part = self._files.enter_context(whole(self._path))
+        self._writer = self._imageio.get_writer(str(part), **options, **timing)
+        self._files.push(lambda kind, *_: self._writer.close() if kind else self._finish(part))

@@ -7,15 +7,17 @@ as if nothing had happened: finished trials come from its journal, finished runs
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
-import logging
 import math
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, final
 
 import numpy as np
 
@@ -136,16 +138,20 @@ def tune(
         MissingExtraError: optuna is not installed.
     """
     optuna = _optuna()
-    study = _study(optuna, design, journal)
+    with _writing(journal):
+        study = _study(optuna, design, journal)
     base = compare(design.tasks({}), store, executor)
     finished = _finished(optuna, study)
     while len(finished) < design.trials:
         if watch is not None:
             watch(len(finished), design.trials)
-        trial = _ask(optuna, study, design, len(finished))
-        values = _suggested(trial, PLANNERS[design.planner].parameters)
+        with _writing(journal):
+            trial = _ask(optuna, study, design, len(finished))
+            values = _suggested(trial, PLANNERS[design.planner].parameters)
         records = compare(design.tasks(values), store, executor)
-        study.tell(trial, [score(name, records, base) for name in OBJECTIVES[design.objective]])
+        scores = [score(name, records, base) for name in OBJECTIVES[design.objective]]
+        with _writing(journal):
+            study.tell(trial, scores)
         finished = _finished(optuna, study)
     if watch is not None:
         watch(len(finished), design.trials)
@@ -155,6 +161,45 @@ def tune(
     return Tuned(trials, best, front, importances(trials), _gains(
         design, trials[best].parameters, store, executor
     ))  # fmt: skip
+
+
+@contextmanager
+def _writing(journal: Path) -> Iterator[None]:
+    """Name the journal where it cannot be read or written.
+
+    Raises:
+        InputError: that is so.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot write {journal}: {error.strerror or error}") from error
+    except ValueError as error:  # optuna's word for a line that is no JSON
+        raise InputError(
+            f"{journal}: is no journal of a study, or torn: {error}; name another file with -o"
+        ) from error
+
+
+@final
+class _Lock:
+    """Lets one process at a time write a journal; the system unlocks for a process that was killed.
+
+    Optuna's own locks are files, which a killed process leaves behind.
+    """
+
+    def __init__(self, journal: Path) -> None:
+        self._file = journal.with_name(f"{journal.name}.lock")
+        self._handle = -1
+
+    def acquire(self) -> bool:
+        """Wait for the lock."""
+        self._handle = os.open(self._file, os.O_CREAT | os.O_RDWR, 0o666)
+        fcntl.flock(self._handle, fcntl.LOCK_EX)
+        return True
+
+    def release(self) -> None:
+        """Let others have it."""
+        os.close(self._handle)
 
 
 def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
@@ -182,7 +227,7 @@ def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
     """Open or begin the study; a trial that was under way when it was killed is given up."""
-    backend = optuna.storages.journal.JournalFileBackend(str(journal))
+    backend = optuna.storages.journal.JournalFileBackend(str(journal), _Lock(journal))
     study = optuna.create_study(
         storage=optuna.storages.JournalStorage(backend),
         study_name=design.key,
@@ -250,6 +295,6 @@ def _optuna() -> ModuleType:
         import optuna
     except ImportError:
         raise MissingExtraError("optuna", "tune") from None
-    optuna.logging.set_verbosity(logging.WARNING)
+    optuna.logging.disable_default_handler()  # what matters is said here
     module: ModuleType = optuna
     return module
