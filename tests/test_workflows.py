@@ -69,7 +69,7 @@ def test_the_wheel_is_tried_on_both_systems() -> None:
 
 
 def test_a_named_python_is_taken_or_refused() -> None:
-    """GM_OMPL_PYTHON decides for .ci/find-python; what is no supported Python is refused by name."""
+    """GM_OMPL_PYTHON decides for .ci/find-python; what cannot be is refused by name."""
     taken, refused = find(sys.executable), find("no-such-python")
     assert (taken.returncode, taken.stdout.strip()) == (0, sys.executable)
     assert (refused.returncode, refused.stdout) == (1, "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import groupby
@@ -58,10 +58,11 @@ def compare_command(request: CompareRequest) -> Exit:
     for table in (*_summary_tables(summaries), *_difference_tables(found)):
         console.print(table)
     write_benchmark(records, best, folder / "ompl")
-    for name, write in (
-        ("runs.parquet", lambda path: write_parquet(records, path)),
-        ("report.html", lambda path: write_text(path, report_html(records, best))),
-    ):
+    writers: dict[str, Callable[[Path], None]] = {
+        "runs.parquet": lambda path: write_parquet(records, path),
+        "report.html": lambda path: write_text(path, report_html(records, best)),
+    }
+    for name, write in writers.items():
         try:
             write(folder / name)
         except MissingExtraError as error:

@@ -13,6 +13,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def outlets() -> Iterator[Outlet | None]:
 def _outlet(name: str) -> Outlet | None:
     stream = getattr(sys, name)
     if stream is None:  # closed by whoever called: nothing is wanted
-        setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
         return None
     try:
         outlet = Outlet(stream.fileno(), "wb", closefd=False)

@@ -1,8 +1,8 @@
 """A price on regrasps that cost nothing: of plans of equal cost, those with fewest come first.
 
-Where X_regr is 0, searches would be free to regrasp for nothing, also in circles. They are given the
-same problem with a price far below every cost that is told apart, and their plans are then counted
-by the true costs.
+Where X_regr is 0, searches would be free to regrasp for nothing, also in circles. They are given
+the same problem with a price far below every cost that is told apart, and their plans are then
+counted by the true costs.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from gm_ompl.moves import Move, Regrasp
 from gm_ompl.problem import Problem
 
 LEAST: Final = 1e-9
-"""The least price, in diagonals of the object: far above rounding, and hundreds of regrasps are still
-far below the relative 1e-6 to which a plan is optimal."""
+"""The least price, in diagonals of the object: far above rounding, and hundreds of regrasps are
+still far below the relative 1e-6 to which a plan is optimal."""
 
 
 def priced(problem: Problem) -> Problem:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
-from gm_ompl.writing import whole
+from gm_ompl.writing import whole, write_bytes
 
 RATE = 30
 """Pictures per second."""
@@ -36,9 +37,10 @@ class Film:
             raise InputError(f"--video {path}: must end in {' or '.join(SUFFIXES)}")
         try:
             import imageio.v2 as imageio
+            from imageio_ffmpeg import count_frames_and_secs
         except ModuleNotFoundError as error:
             raise MissingExtraError("imageio", "sim") from error
-        self._imageio, self._path = imageio, path
+        self._imageio, self._count, self._path = imageio, count_frames_and_secs, path
         self._writer: Any = None
         self._camera: Any = None
         self._picture: Any = None
@@ -66,17 +68,18 @@ class Film:
 
     def _finish(self, part: Path) -> None:
         """Close the film and count its pictures: ffmpeg does not say that a disk was full."""
+        self._writer.close()
         try:
-            self._writer.close()
-            with self._imageio.get_reader(str(part)) as film:
-                whole_film = sum(1 for _ in film) >= self._shown
-        except (OSError, RuntimeError, ValueError):
-            whole_film = False
-        if not whole_film:
+            written, _ = self._count(str(part))
+        except (OSError, RuntimeError):
+            written = 0
+        if written < self._shown:
             raise self._refused()
 
     def _refused(self) -> InputError:
-        return InputError(f"--video: cannot write {self._path}: No space left on device, or too little")
+        return InputError(
+            f"cannot write {self._path}: ffmpeg stopped before its end; is there space left?"
+        )
 
     def __call__(self, player: Player, instant: int) -> None:
         """Add a picture where one is due.
@@ -107,9 +110,28 @@ class Film:
                 "libegl1 libegl-mesa0 libgl1-mesa-dri"
             ) from error
         self._camera = camera
-        gif = self._path.suffix.lower() == ".gif"
-        options: dict[str, Any] = {"loop": 0} if gif else {"macro_block_size": 1, "ffmpeg_log_level": "quiet"}
-        timing = {"duration": 1000.0 / RATE} if gif else {"fps": RATE}
+        if self._path.suffix.lower() == ".gif":
+            self._begin_gif()
+        else:
+            self._begin_mp4()
+
+    def _begin_gif(self) -> None:
+        """Gather the pictures in memory: imageio complains again and again of a file that fails."""
+        content = BytesIO()
+        self._writer = self._imageio.get_writer(
+            content, format="GIF", mode="I", loop=0, duration=1000.0 / RATE
+        )
+
+        def finish(kind: object, *_: object) -> None:
+            self._writer.close()
+            if kind is None:
+                write_bytes(self._path, content.getvalue())
+
+        self._files.push(finish)
+
+    def _begin_mp4(self) -> None:
         part = self._files.enter_context(whole(self._path))
-        self._writer = self._imageio.get_writer(str(part), **options, **timing)
+        self._writer = self._imageio.get_writer(
+            str(part), macro_block_size=1, fps=RATE, ffmpeg_log_level="quiet"
+        )
         self._files.push(lambda kind, *_: self._writer.close() if kind else self._finish(part))

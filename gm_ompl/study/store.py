@@ -141,7 +141,7 @@ class Store:
 
     def get(self, keys: Iterable[str]) -> dict[str, Record]:
         """Return the stored ones of the runs with these keys."""
-        found = {}
+        found: dict[str, Record] = {}
         with _named(self.path):
             for key in keys:
                 rows = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,))

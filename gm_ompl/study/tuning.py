@@ -138,19 +138,19 @@ def tune(
         MissingExtraError: optuna is not installed.
     """
     optuna = _optuna()
-    with _writing(journal):
+    with writing_journal(journal):
         study = _study(optuna, design, journal)
     base = compare(design.tasks({}), store, executor)
     finished = _finished(optuna, study)
     while len(finished) < design.trials:
         if watch is not None:
             watch(len(finished), design.trials)
-        with _writing(journal):
+        with writing_journal(journal):
             trial = _ask(optuna, study, design, len(finished))
             values = _suggested(trial, PLANNERS[design.planner].parameters)
         records = compare(design.tasks(values), store, executor)
         scores = [score(name, records, base) for name in OBJECTIVES[design.objective]]
-        with _writing(journal):
+        with writing_journal(journal):
             study.tell(trial, scores)
         finished = _finished(optuna, study)
     if watch is not None:
@@ -164,7 +164,7 @@ def tune(
 
 
 @contextmanager
-def _writing(journal: Path) -> Iterator[None]:
+def writing_journal(journal: Path) -> Iterator[None]:
     """Name the journal where it cannot be read or written.
 
     Raises:
@@ -181,7 +181,7 @@ def _writing(journal: Path) -> Iterator[None]:
 
 
 @final
-class _Lock:
+class JournalLock:
     """Lets one process at a time write a journal; the system unlocks for a process that was killed.
 
     Optuna's own locks are files, which a killed process leaves behind.
@@ -227,7 +227,7 @@ def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
     """Open or begin the study; a trial that was under way when it was killed is given up."""
-    backend = optuna.storages.journal.JournalFileBackend(str(journal), _Lock(journal))
+    backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))
     study = optuna.create_study(
         storage=optuna.storages.JournalStorage(backend),
         study_name=design.key,
