@@ -7,17 +7,14 @@ as if nothing had happened: finished trials come from its journal, finished runs
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import math
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeAlias, final
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,6 +23,7 @@ from gm_ompl.planners.parameters import Parameter, Value
 from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
+from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits, Task, code_version
@@ -161,45 +159,6 @@ def tune(
     return Tuned(trials, best, front, importances(trials), _gains(
         design, trials[best].parameters, store, executor
     ))  # fmt: skip
-
-
-@contextmanager
-def writing_journal(journal: Path) -> Iterator[None]:
-    """Name the journal where it cannot be read or written.
-
-    Raises:
-        InputError: that is so.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"cannot write {journal}: {error.strerror or error}") from error
-    except ValueError as error:  # optuna's word for a line that is no JSON
-        raise InputError(
-            f"{journal}: is no journal of a study, or torn: {error}; name another file with -o"
-        ) from error
-
-
-@final
-class JournalLock:
-    """Lets one process at a time write a journal; the system unlocks for a process that was killed.
-
-    Optuna's own locks are files, which a killed process leaves behind.
-    """
-
-    def __init__(self, journal: Path) -> None:
-        self._file = journal.with_name(f"{journal.name}.lock")
-        self._handle = -1
-
-    def acquire(self) -> bool:
-        """Wait for the lock."""
-        self._handle = os.open(self._file, os.O_CREAT | os.O_RDWR, 0o666)
-        fcntl.flock(self._handle, fcntl.LOCK_EX)
-        return True
-
-    def release(self) -> None:
-        """Let others have it."""
-        os.close(self._handle)
 
 
 def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
