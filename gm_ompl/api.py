@@ -20,6 +20,7 @@ from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
+from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
@@ -91,9 +92,9 @@ def plan(
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
     try:
-        judging = _judge(problem)
-        result = searcher.solve(problem, judging, budget, rng, report or silent)
-        moves = _steady(judging, result.moves)
+        judging = _judge(priced(problem))
+        result = searcher.solve(judging.problem, judging, budget, rng, report or silent)
+        moves = at_true_cost(problem, _steady(judging, result.moves))
     except KeyboardInterrupt:  # before the search could begin, or twice
         spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
         result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})

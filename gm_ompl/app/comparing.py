@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import groupby
@@ -28,6 +28,7 @@ from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
+from gm_ompl.writing import write_text
 
 
 @dataclass(frozen=True)
@@ -57,10 +58,11 @@ def compare_command(request: CompareRequest) -> Exit:
     for table in (*_summary_tables(summaries), *_difference_tables(found)):
         console.print(table)
     write_benchmark(records, best, folder / "ompl")
-    for name, write in (
-        ("runs.parquet", lambda path: write_parquet(records, path)),
-        ("report.html", lambda path: path.write_text(report_html(records, best), encoding="utf-8")),
-    ):
+    writers: dict[str, Callable[[Path], None]] = {
+        "runs.parquet": lambda path: write_parquet(records, path),
+        "report.html": lambda path: write_text(path, report_html(records, best)),
+    }
+    for name, write in writers.items():
         try:
             write(folder / name)
         except MissingExtraError as error:

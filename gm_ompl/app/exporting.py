@@ -6,10 +6,10 @@ from pathlib import Path
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, writable
-from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.simulation.export import table
 from gm_ompl.simulation.pace import Pace
+from gm_ompl.writing import write_text
 
 
 def export_command(plan_file: Path, output: Path, speed: float, rate: float) -> Exit:
@@ -17,9 +17,6 @@ def export_command(plan_file: Path, output: Path, speed: float, rate: float) -> 
     target = writable(output)
     assert target is not None
     text = table(Plan.load(plan_file), Pace(speed=speed), rate)
-    try:
-        target.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"-o {output}: cannot be written: {error.strerror}") from error
+    write_text(target, text)
     note(f"written to {output}")
     return Exit.OK

@@ -16,10 +16,10 @@ from gm_ompl.planners.planner import silent
 from gm_ompl.scenario.load import shipped
 from gm_ompl.viz.canvas import save, styled
 from gm_ompl.viz.figures import forces_figure
-from gm_ompl.viz.page import write_text
 from gm_ompl.viz.search import read_trace, search_figure
 from gm_ompl.viz.snapshots import snapshots_figure
 from gm_ompl.viz.story import tell
+from gm_ompl.writing import write_text
 
 TIME_LIMIT: Final = 120.0
 """A scenario that is not solved within this time is left out [s]."""

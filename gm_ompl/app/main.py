@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from contextlib import suppress
 from types import FrameType
 from typing import Annotated
 
@@ -16,7 +17,8 @@ import typer
 from gm_ompl import __version__
 from gm_ompl.app import plan_verbs, show_verbs, study_verbs
 from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
-from gm_ompl.app.output import show_log
+from gm_ompl.app.output import note, show_log
+from gm_ompl.app.streams import hush_libraries, outlets
 
 app = typer.Typer(
     name="gm-ompl",
@@ -80,7 +82,22 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> None:
 def run() -> None:
     """Entry point of the command ``gm-ompl``."""
     signal.signal(signal.SIGTERM, _interrupt)
+    hush_libraries()
+    with outlets() as stdout:
+        code = _code()
+    if stdout is not None and stdout.failure is not None and code != Exit.BUG:
+        code = Exit.BAD_INPUT
+        with suppress(OSError):
+            note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
+    sys.exit(int(code))
+
+
+def _code() -> int:
+    """Run the command and return its exit code."""
     try:
         app(prog_name="gm-ompl")
     except KeyboardInterrupt:
-        sys.exit(int(Exit.INTERRUPTED))
+        return Exit.INTERRUPTED
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else Exit.OK
+    return Exit.OK

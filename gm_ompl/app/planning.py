@@ -18,6 +18,7 @@ from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.writing import is_stdout
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,12 @@ def plan_command(request: PlanRequest) -> Exit:
         plan.save(output)
     if html is not None:
         write_html(plan, html)
-    if request.as_json:
+    to_stdout = output is not None and is_stdout(output)  # the file alone comes out there
+    if request.as_json and not to_stdout:
         say_json(plan.to_dict())
-    else:
+    elif not request.as_json:
         for line in summary(plan):
-            say(line)
+            (note if to_stdout else say)(line)
         if output is not None:
             note(f"written to {request.output}")
         if html is not None:

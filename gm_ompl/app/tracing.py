@@ -2,7 +2,8 @@
 
 A text file, one JSON object a line. The first names the format and the search; then follow
 ``progress``, ``expansion`` and ``vertex`` events with the time since the start [s]; the last,
-``end``, says how it went. An interrupted process leaves a file that lacks the end alone.
+``end``, says how it went. Until then it lies beside its place in a hidden file, which a killed
+process leaves: that lacks the end alone.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
@@ -19,6 +21,7 @@ from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Progress, Report
 from gm_ompl.planners.trace import Expansion, Vertex
+from gm_ompl.writing import whole
 
 FORMAT: Final = "gm-ompl-trace/1"
 
@@ -46,6 +49,7 @@ class TraceFile:
         self._seen = 0
         self._path, self._header = path, header
         self._stream: IO[str] | None = None
+        self._files = ExitStack()
 
     def __enter__(self) -> TraceFile:
         return self
@@ -56,8 +60,7 @@ class TraceFile:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._stream is not None:
-            self._stream.close()
+        self._files.__exit__(kind, error, trace)
 
     def __call__(self, event: Progress) -> None:
         """Write ``event`` and pass it on."""
@@ -86,21 +89,17 @@ class TraceFile:
             key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in record.items()
         }
-        if self._stream is None:
-            self._stream = self._opened()
-        self._stream.write(_line(plain))
+        try:
+            if self._stream is None:
+                self._stream = self._opened()
+            self._stream.write(_line(plain))
+        except OSError as error:
+            raise InputError(f"cannot write {self._path}: {error.strerror or error}") from error
 
     def _opened(self) -> IO[str]:
-        """Open the file and write its first line.
-
-        Raises:
-            InputError: that is not possible.
-        """
-        try:
-            stream = self._path.open("w", encoding="utf-8", newline="\n")
-        except OSError as error:
-            reason = error.strerror
-            raise InputError(f"--trace {self._path}: cannot be written: {reason}") from error
+        """Open the file and write its first line."""
+        part = self._files.enter_context(whole(self._path))
+        stream = self._files.enter_context(part.open("w", encoding="utf-8", newline="\n"))
         stream.write(_line({"format": FORMAT, **self._header}))
         return stream
 

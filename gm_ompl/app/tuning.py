@@ -17,6 +17,7 @@ from gm_ompl.study.store import Store
 from gm_ompl.study.task import Limits
 from gm_ompl.study.tuning import OBJECTIVES, Design, Tuned, tune
 from gm_ompl.study.tuning_report import gain_lines, tuning_html
+from gm_ompl.writing import write_text
 
 EVERY = 3
 """Where no scenario is held out by name, every third is."""
@@ -59,9 +60,7 @@ def _watch(done: int, wanted: int) -> None:
 
 def _write(request: TuneRequest, output: Path, folder: Path, tuned: Tuned) -> None:
     best = tuned.trials[tuned.best]
-    part = output.with_name(f".{output.name}.part")
-    part.write_text(json.dumps(best.parameters, indent=2) + "\n", encoding="utf-8")
-    part.replace(output)
+    write_text(output, json.dumps(best.parameters, indent=2) + "\n")
     measures = OBJECTIVES[request.objective]
     for name, first, value in zip(measures, tuned.trials[0].values, best.values, strict=True):
         say(f"training, {name}: {first:.4g} with the defaults, {value:.4g} in trial {tuned.best}")
@@ -72,7 +71,7 @@ def _write(request: TuneRequest, output: Path, folder: Path, tuned: Tuned) -> No
     title = f"{request.planner} tuned for {request.objective}"
     try:
         page = tuning_html(tuned, measures, title)
-        (folder / "report.html").write_text(page, encoding="utf-8")
+        write_text(folder / "report.html", page)
     except MissingExtraError as error:
         note(f"no report.html: {error}")
     note(f"written to {request.output} and {folder.name}/")

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from gm_ompl.errors import PlanFileError, did_you_mean
+from gm_ompl.errors import InputError, PlanFileError, did_you_mean
+from gm_ompl.writing import write_text
 
 MAX_BYTES = 512 * 2**20  # far above any plan; keeps a wrong file from filling the memory
 LINE_WIDTH = 110  # values that fit are written on one line
@@ -66,24 +65,10 @@ def write(path: Path, text: str) -> None:
     Raises:
         PlanFileError: the file cannot be written.
     """
-    temporary: str | None = None
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-        raise PlanFileError(f"{path}: cannot be written: {error.strerror or error}") from error
-
-
-def _umask() -> int:
-    """Return the process's umask (the system offers no way to read it without setting it)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
+        write_text(path, text)
+    except InputError as error:
+        raise PlanFileError(str(error)) from error
 
 
 def read(path: Path, model: type[_Model], format_name: str) -> _Model:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import concurrent.futures
 import ipaddress
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -222,6 +223,8 @@ def _distributed() -> _Distributed:
         import distributed
     except ImportError:
         raise MissingExtraError("dask.distributed", "cluster") from None
+    # What its log says of lost connections is said here.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     return _Distributed(distributed)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from gm_ompl.errors import InputError
+from gm_ompl.writing import write_text
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
@@ -28,7 +29,7 @@ def write_tables(page: Path, tables: Mapping[str, str]) -> None:
         if parts is None:
             raise InputError(f"{page}: has no <!-- begin {name} --> ... <!-- end {name} -->")
         text = text[: parts.start()] + parts[1] + content + parts[2] + text[parts.end() :]
-    page.write_text(text, encoding="utf-8")
+    write_text(page, text)
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -24,6 +24,7 @@ from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.scenario.load import shipped
 from gm_ompl.study.expectations import COST, disagreements
+from gm_ompl.writing import write_text
 
 BASELINE = Path(__file__).with_name("regression_baseline.json")
 
@@ -152,7 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         bad += bool(wrong)
     if given.record:
         rows = {name: asdict(figures) for name, figures in found.items()}
-        given.baseline.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+        write_text(given.baseline, json.dumps(rows, indent=2) + "\n")
     return 5 if bad else 0
 
 

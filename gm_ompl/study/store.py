@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -109,13 +110,11 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
+        with _named(path):
             self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode=WAL")
             self._connection.execute(_CREATE)
             have = tuple(row[1] for row in self._connection.execute("PRAGMA table_info(runs)"))
-        except sqlite3.Error as error:
-            raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
         if have != _COLUMNS:
             raise InputError(f"{path}: holds runs of another version; name another folder")
 
@@ -137,21 +136,36 @@ class Store:
             for name in _COLUMNS
         ]
         marks = ",".join("?" * len(_COLUMNS))
-        self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
+        with _named(self.path):
+            self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
 
     def get(self, keys: Iterable[str]) -> dict[str, Record]:
         """Return the stored ones of the runs with these keys."""
-        found = {}
-        for key in keys:
-            row = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,)).fetchone()
-            if row is not None:
-                found[key] = _record(row)
+        found: dict[str, Record] = {}
+        with _named(self.path):
+            for key in keys:
+                rows = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,))
+                found.update((key, _record(row)) for row in rows)
         return found
 
     def all(self) -> tuple[Record, ...]:
         """Return every stored run, in the order in which they finished."""
-        rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid")
-        return tuple(_record(row) for row in rows)
+        with _named(self.path):
+            rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid")
+            return tuple(_record(row) for row in rows)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file where SQLite cannot use it: a full disk, another file, a torn one.
+
+    Raises:
+        InputError: that is so.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
 
 
 def _record(row: tuple[Any, ...]) -> Record:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,6 +23,7 @@ from gm_ompl.planners.parameters import Parameter, Value
 from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
+from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits, Task, code_version
@@ -136,16 +136,20 @@ def tune(
         MissingExtraError: optuna is not installed.
     """
     optuna = _optuna()
-    study = _study(optuna, design, journal)
+    with writing_journal(journal):
+        study = _study(optuna, design, journal)
     base = compare(design.tasks({}), store, executor)
     finished = _finished(optuna, study)
     while len(finished) < design.trials:
         if watch is not None:
             watch(len(finished), design.trials)
-        trial = _ask(optuna, study, design, len(finished))
-        values = _suggested(trial, PLANNERS[design.planner].parameters)
+        with writing_journal(journal):
+            trial = _ask(optuna, study, design, len(finished))
+            values = _suggested(trial, PLANNERS[design.planner].parameters)
         records = compare(design.tasks(values), store, executor)
-        study.tell(trial, [score(name, records, base) for name in OBJECTIVES[design.objective]])
+        scores = [score(name, records, base) for name in OBJECTIVES[design.objective]]
+        with writing_journal(journal):
+            study.tell(trial, scores)
         finished = _finished(optuna, study)
     if watch is not None:
         watch(len(finished), design.trials)
@@ -182,7 +186,7 @@ def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
     """Open or begin the study; a trial that was under way when it was killed is given up."""
-    backend = optuna.storages.journal.JournalFileBackend(str(journal))
+    backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))
     study = optuna.create_study(
         storage=optuna.storages.JournalStorage(backend),
         study_name=design.key,
@@ -250,6 +254,6 @@ def _optuna() -> ModuleType:
         import optuna
     except ImportError:
         raise MissingExtraError("optuna", "tune") from None
-    optuna.logging.set_verbosity(logging.WARNING)
+    optuna.logging.disable_default_handler()  # what matters is said here
     module: ModuleType = optuna
     return module

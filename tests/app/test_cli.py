@@ -128,7 +128,7 @@ def test_spent_budget_ends_with_4_and_writes_the_file(tmp_path: Path) -> None:
         (["plan", "paper/slide", "--set", "fingers.cuont=1"], "count"),
         (["plan", "paper/slide", "--params", "no-such-file.json"], "no-such-file.json"),
         (["plan", "paper/slide", "-o", "no-such-folder/plan.json"], "no-such-folder"),
-        (["plan", "paper/slide", "-o", "/dev/null"], "regular file"),
+        (["plan", "paper/slide", "-o", "/"], "is a folder"),
         (["check", "no-such-file.json"], "no-such-file.json"),
         (["chekc", "plan.json"], "chekc"),
     ],

@@ -223,7 +223,7 @@ def test_saving_is_whole_or_not_at_all(
 
 def test_saving_where_there_is_no_folder(plan: Plan, tmp_path: Path) -> None:
     """A folder that does not exist is a PlanFileError."""
-    with pytest.raises(PlanFileError, match="cannot be written"):
+    with pytest.raises(PlanFileError, match="cannot write"):
         plan.save(tmp_path / "nowhere" / "plan.json")
 
 
