@@ -41,8 +41,8 @@ class Status(enum.Enum):
 
 _SENTENCES = {
     Status.SOLVED: "a plan was found",
-    Status.INFEASIBLE: "it is proven that no plan exists",
-    Status.BUDGET: "the budget was spent before a plan was found or its absence proven",
+    Status.INFEASIBLE: "it is proven that no plan exists on the scenario's lattice",
+    Status.BUDGET: "the budget was spent first: no plan was found, and none is ruled out",
     Status.INTERRUPTED: "the search was interrupted",
 }
 
