@@ -164,7 +164,7 @@ def explain(
     seed: int = 0,
     time_limit: float = SECONDS,
 ) -> Explanation:
-    """Explain why a scenario has no plan, or none through given coordinates or placements.
+    """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 
     Args:
         scenario: what is to be explained.

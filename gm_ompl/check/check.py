@@ -18,8 +18,10 @@ _NOT_PROVEN = (
     "that the plan is optimal on the lattice is the planner's claim: only its consistency with "
     "cost and lower_bound is judged"
 )
-_NO_STEPS = "there is no plan to judge; that none exists on the lattice, or none was found, is not proven "
-    "here"
+_NO_STEPS = (
+    "there is no plan to judge; that none exists on the lattice, or that none was found, is not "
+    "proven here"
+)
 
 
 def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = None) -> CheckReport:

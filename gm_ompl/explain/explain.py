@@ -124,8 +124,11 @@ class _Explaining:
             return self._made("these placements hold from start to goal", placements=line)
         failure = line.forward or line.backward
         why = "the goal is not reached" if failure is None else failure.finding.value
+        if line.cut_short:
+            why = "the goal was not reached in the time or among the nodes visited"
         return self._made(
-            f"these placements do not hold from start to goal: {why}",
+            f"these placements {'are not known to' if line.cut_short else 'do not'} hold from "
+            f"start to goal: {why}",
             placements=line,
             remedies=self._for_placements(placements, line),
         )
@@ -181,8 +184,13 @@ class _Explaining:
         surveys = (self._survey(backwards=False), self._survey(backwards=True))
         tried: tuple[Remedy, ...] = ()
         blocked = any(found.possible == 0 for found in surveys)
-        if open_ and not blocked:
-            tried = tuple(remedies.for_scenario(self._scenario, self._deadline))
+        if status is not None and open_ and not blocked:
+            elsewhere = attempts[0].status == Status.SOLVED.value if attempts else False
+            tried = tuple(
+                remedies.for_scenario(
+                    self._scenario, self._deadline, status, off_lattice=not elsewhere
+                )
+            )
         return self._made(
             _sentence(status, attempts, surveys),
             search=None if status is None else status.sentence,

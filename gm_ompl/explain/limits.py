@@ -74,6 +74,21 @@ def _written(value: float) -> float:
     return float(f"{value:.3g}")
 
 
+@dataclass(frozen=True)
+class Words:
+    """What is said of one value.
+
+    Attributes:
+        so: what holds with it: "a plan exists".
+        not_so: what is proven not to: "none on the lattice".
+        not_known: what was not found: "none found".
+    """
+
+    so: str
+    not_so: str
+    not_known: str
+
+
 def knobs(problem: Problem) -> Iterator[Knob]:
     """Yield what may be turned to help a problem.
 
@@ -115,18 +130,19 @@ def knobs(problem: Problem) -> Iterator[Knob]:
         yield Knob("friction.environment", ground, with_ground, False, False)
 
 
-def least(knob: Knob, holds: Holds, what: str, deadline: Deadline) -> Remedy:
+def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Deadline) -> Remedy:
     """Return the least change of one value that helps, found by bisection.
 
     Args:
         knob: what is turned; what is wanted does not hold today.
         holds: answers about the changed problem.
-        what: what then is, for the sentence: "a plan exists".
+        words: for the sentence.
+        today: NO where it is proven that it does not hold today.
         deadline: of all that is tried.
     """
-    low, high, proven = _bracket(knob, holds, deadline)
+    low, high, proven = _bracket(knob, holds, today is Answer.NO, deadline)
     if high is None:
-        return _in_vain(knob, low, proven)
+        return _in_vain(knob, words, low, proven)
     values, below = knob.at(high), knob.at(low)
     while high / low > CLOSE and not deadline.passed():
         middle = math.sqrt(low * high)
@@ -138,20 +154,22 @@ def least(knob: Knob, holds: Holds, what: str, deadline: Deadline) -> Remedy:
             high, values = middle, tried
         else:
             low, below, proven = middle, tried, answer is Answer.NO
-    shown, today = knob.shown(values), knob.shown(knob.values)
-    missed = f"{'none' if proven else 'none found'} with {knob.shown(below)}"
+    shown, now = knob.shown(values), knob.shown(knob.values)
+    missed = f"{words.not_so if proven else words.not_known} with {knob.shown(below)}"
     aside = "" if high / low <= CLOSE else ", the time was up"
-    evidence = f"{what} with {knob.key} = {shown} (today {today}; {missed}{aside})"
+    evidence = f"{words.so} with {knob.key} = {shown} (today {now}; {missed}{aside})"
     return Remedy(f"{knob.key}={shown}", True, evidence)
 
 
-def _bracket(knob: Knob, holds: Holds, deadline: Deadline) -> tuple[float, float | None, bool]:
+def _bracket(
+    knob: Knob, holds: Holds, proven: bool, deadline: Deadline
+) -> tuple[float, float | None, bool]:
     """Return a factor that does not help, a larger one that does, and whether the first is proven.
 
     Where nothing helps: the largest factor tried, and whether all of them were proven in vain.
     """
     rungs = (knob.most,) if knob.orderly else (1.5, 4.0, 20.0, knob.most)
-    low, proven = 1.0, True
+    low = 1.0
     for rung in sorted({min(rung, knob.most) for rung in rungs}):
         if rung <= 1.0 or deadline.passed():
             return low, None, False
@@ -164,14 +182,14 @@ def _bracket(knob: Knob, holds: Holds, deadline: Deadline) -> tuple[float, float
     return low, None, proven
 
 
-def _in_vain(knob: Knob, far: float, proven: bool) -> Remedy:
+def _in_vain(knob: Knob, words: Words, far: float, proven: bool) -> Remedy:
     factor = f"{far:.3g} times" if knob.up else f"1/{far:.3g}"
     values = knob.shown(knob.at(far if far > 1.0 else knob.most))
     if far <= 1.0:
         why = "not settled in the time"
     elif knob.orderly:
-        why = f"none up to {factor}" if knob.up else f"none down to {factor}"
+        why = f"{words.not_so} {'up' if knob.up else 'down'} to {factor}"
     else:
-        tried = "of those tried " if proven else "found "
-        why = f"none {tried}{'up' if knob.up else 'down'} to {factor}"
+        why = f"{words.not_so if proven else words.not_known} with values tried "
+        why += f"{'up' if knob.up else 'down'} to {factor}"
     return Remedy(f"{knob.key}={values}", False, f"{why} (today {knob.shown(knob.values)})")

@@ -135,4 +135,5 @@ def whole_region(explainer: Explainer, placements: Placements) -> SetLine:
         ratio=min(ratios, default=None),
         nodes_from_start=len(ahead.nodes),
         nodes_to_goal=len(back.nodes),
+        cut_short=ahead.cut_short and not ahead.arrived,
     )

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from gm_ompl.errors import ScenarioError
-from gm_ompl.explain.attempts import search
+from gm_ompl.explain.attempts import SAMPLER, SAMPLER_ITERATIONS, search
 from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.lanes import first_failure
-from gm_ompl.explain.limits import Answer, Holds, knobs, least
+from gm_ompl.explain.limits import Answer, Holds, Words, knobs, least
 from gm_ompl.explain.regions import Region
 from gm_ompl.explain.values import Remedy, SetLine
 from gm_ompl.feasibility.backends import make_backend
@@ -25,6 +25,10 @@ from gm_ompl.scenario.scenario import Scenario
 
 SHORTEST = 0.02
 """With less time than this left [s], nothing more is tried."""
+
+PLAN = Words("a plan exists", "none on the lattice", "none found")
+ON_LATTICE = Words("a plan on the lattice exists", "none on the lattice", "none found")
+KEPT = Words("these placements hold", "not", "not known")
 
 _ANSWERS = {Status.SOLVED: Answer.YES, Status.INFEASIBLE: Answer.NO}
 
@@ -45,7 +49,8 @@ def for_placements(
     def holds(changed: Problem, seconds: float) -> Answer:
         return _kept(changed, placements, Deadline(seconds))
 
-    yield from _turned(problem, holds, "these placements hold", deadline)
+    today = Answer.UNKNOWN if line.cut_short else Answer.NO
+    yield from _turned(problem, holds, KEPT, today, deadline)
 
 
 def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answer:
@@ -60,26 +65,46 @@ def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answe
     return Answer.UNKNOWN if region.cut_short else Answer.NO
 
 
-def for_scenario(scenario: Scenario, deadline: Deadline) -> Iterator[Remedy]:
-    """Yield what was tried to let the scenario have a plan, each by searches of limited time."""
+def for_scenario(
+    scenario: Scenario, deadline: Deadline, today: Status, off_lattice: bool
+) -> Iterator[Remedy]:
+    """Yield what was tried to let the scenario have a plan, each by searches of limited time.
+
+    Args:
+        scenario: it has none on its lattice, or none was found.
+        deadline: of all that is tried.
+        today: how the search on the scenario's lattice ended.
+        off_lattice: whether a plan off the lattice counts, too: a sampler looks for one where the
+            search on the lattice does not end in its time.
+    """
     problem = scenario.problem
     table = problem.fingers.placements
     if len(np.unique(table.face)) < len(face_labels(problem.body)):
         yield from _all_faces(scenario, deadline.part(0.25, 5.0))
-    yield from _turned(problem, _planned, "a plan exists", deadline)
+
+    def holds(changed: Problem, seconds: float) -> Answer:
+        status = search(changed, seconds / 2 if off_lattice else seconds)
+        if status is Status.BUDGET and off_lattice:
+            sampler = search(changed, seconds / 2, SAMPLER, max_iterations=SAMPLER_ITERATIONS)
+            return Answer.YES if sampler is Status.SOLVED else Answer.UNKNOWN
+        return _ANSWERS.get(status, Answer.UNKNOWN)
+
+    words = PLAN if off_lattice else ON_LATTICE
+    now = _ANSWERS.get(today, Answer.UNKNOWN)
+    yield from _turned(problem, holds, words, now, deadline)
 
 
-def _planned(problem: Problem, seconds: float) -> Answer:
-    return _ANSWERS.get(search(problem, seconds), Answer.UNKNOWN)
-
-
-def _turned(problem: Problem, holds: Holds, what: str, deadline: Deadline) -> Iterator[Remedy]:
+def _turned(
+    problem: Problem, holds: Holds, words: Words, today: Answer, deadline: Deadline
+) -> Iterator[Remedy]:
     """Yield the least change of each value by itself."""
     every = list(knobs(problem))
     for k, knob in enumerate(every):
         if deadline.left() < SHORTEST:
             return
-        yield least(knob, holds, what, deadline.part(1.0 / (len(every) - k), deadline.left()))
+        yield least(
+            knob, holds, words, today, deadline.part(1.0 / (len(every) - k), deadline.left())
+        )
 
 
 def _all_faces(scenario: Scenario, deadline: Deadline) -> Iterator[Remedy]:

@@ -88,6 +88,7 @@ class SetLine:
         lifts: at the last node before ``forward``, per finger, z / z_min of the others at rest.
         nodes_from_start: in the plane, nodes reached from the start without regrasping.
         nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
+        cut_short: in the plane, whether there may be more nodes: ``holds`` is not settled then.
     """
 
     placements: tuple[str, ...]
@@ -99,6 +100,7 @@ class SetLine:
     lifts: tuple[float | None, ...] = ()
     nodes_from_start: int | None = None
     nodes_to_goal: int | None = None
+    cut_short: bool = False
 
 
 @dataclass(frozen=True)

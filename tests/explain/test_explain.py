@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import gm_ompl
-from gm_ompl.app.explaining import lines, read_coordinates, read_placements
+from gm_ompl.app.explain_text import lines
+from gm_ompl.app.explaining import read_coordinates, read_placements
 from gm_ompl.app.main import app
 from gm_ompl.errors import InputError
 from gm_ompl.explain.blame import Blame
