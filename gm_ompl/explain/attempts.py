@@ -19,7 +19,7 @@ from gm_ompl.scenario.scenario import Scenario
 SAMPLER = "HybridRRTConnect"
 """The planner that is not bound to the lattice."""
 
-SAMPLER_ITERATIONS = 4000
+SAMPLER_ITERATIONS = 2000
 """What it may spend at most, beside its time."""
 
 LEAST_SECONDS = 0.01

@@ -39,7 +39,7 @@ PLANAR_SAMPLES = 12
 """The same in the plane, where each set has a whole region."""
 SURVEYS_ALONE = 10.0
 """What the surveys may take where no time is given for searches [s]."""
-SAMPLER_SECONDS = 4.0
+SAMPLER_SECONDS = 3.0
 """What a sampler may take: what it finds it mostly finds at once."""
 
 

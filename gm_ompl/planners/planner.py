@@ -147,7 +147,7 @@ class PlannerSpecs:
 
     Attributes:
         directed: it respects that arcs are one-way (always required of planners offered).
-        optimal: it proves (on the lattice) or approaches the optimum, rather than stopping at any plan.
+        optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
     """
 
