@@ -89,7 +89,7 @@ def _survey(survey: Survey) -> Iterator[str]:
         counts += [f"{number} {_words(name)}" for name, number in survey.findings.items()]
         yield "  first blocked by: " + ", ".join(counts)
     rows = (
-        f"  {', '.join(row.faces):12s} {row.holding} of {row.sets} hold"
+        f"  {', '.join(row.faces) or 'no fingers':12s} {row.holding} of {row.sets} hold"
         + "".join(f"; {n} {_words(name)}" for name, n in row.findings.items())
         + _ratio(row.ratio)
         for row in survey.faces
@@ -101,7 +101,8 @@ def _survey(survey: Survey) -> Iterator[str]:
 
 
 def _set(line: SetLine) -> Iterator[str]:
-    yield f"  {' '.join(line.placements)}:{' holds' if line.holds else ''}{_ratio(line.ratio)}"
+    places = " ".join(line.placements) or "no fingers"
+    yield f"  {places}:{' holds' if line.holds else ''}{_ratio(line.ratio)}"
     if line.nodes_from_start is not None:
         yield (
             f"    without regrasping: {line.nodes_from_start:,} nodes reached from the start, "

@@ -181,7 +181,8 @@ class _Explaining:
         status = self._search()
         open_ = status not in (None, Status.SOLVED)
         attempts = self._attempts(status) if status is not None and open_ else ()
-        surveys = (self._survey(backwards=False), self._survey(backwards=True))
+        share = 0.25 if open_ else 0.45
+        surveys = (self._survey(False, share), self._survey(True, share))
         tried: tuple[Remedy, ...] = ()
         blocked = any(found.possible == 0 for found in surveys)
         if status is not None and open_ and not blocked:
@@ -205,6 +206,8 @@ class _Explaining:
         return search(self._problem, self._deadline.part(0.3, SECONDS).left())
 
     def _attempts(self, lattice: Status) -> tuple[Attempt, ...]:
+        if not self._problem.fingers.count:
+            return ()  # samplers draw placements
         seconds = self._deadline.part(0.2, SAMPLER_SECONDS).left()
         found = [sampled(self._problem, lattice, seconds, self._seed)]
         if lattice is Status.INFEASIBLE and found[0].status != Status.INFEASIBLE.value:
@@ -212,9 +215,9 @@ class _Explaining:
             found += [] if closer is None else [closer]
         return tuple(found)
 
-    def _survey(self, backwards: bool) -> Survey:
+    def _survey(self, backwards: bool, share: float) -> Survey:
         problem, judge = self._problem, self._judge
-        self._part = self._deadline.part(0.25 if self._searching else 0.5, SURVEYS_ALONE)
+        self._part = self._deadline.part(share, SURVEYS_ALONE)
         hand, end = problem.fingers, problem.start
         if backwards:
             end = problem.lattice.coordinates(GoalNodes(problem).nodes[0])

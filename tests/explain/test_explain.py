@@ -239,6 +239,16 @@ def test_without_a_possible_set_nothing_more_is_tried() -> None:
     assert explanation.remedies == ()
 
 
+def test_an_empty_hand_is_not_said_to_have_no_set() -> None:
+    """Without fingers there is one set, the empty one: nothing holds, and no sampler is asked."""
+    scenario = gm_ompl.load("paper/slide", ["fingers.count=0", "lattice.segments=2"])
+    explanation = gm_ompl.explain(scenario)
+    assert explanation.verdict == "it is proven that no plan exists on the scenario's lattice"
+    assert explanation.attempts == ()
+    assert [survey.possible for survey in explanation.surveys] == [1, 1]
+    assert any(line.startswith("  no fingers") for line in lines(explanation))
+
+
 def test_without_time_nothing_is_searched() -> None:
     """A limit of 0: surveys alone; a negative one is bad input."""
     explanation = gm_ompl.explain("paper/slide", samples=5, time_limit=0)
