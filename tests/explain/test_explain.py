@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import itertools
 import json
 import re
@@ -202,7 +203,8 @@ def pushed_tee() -> Scenario:
 def test_a_sampler_is_not_bound_to_the_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
     """A T in the plane whose lattice has no plan: a sampler's plan is found and said."""
     monkeypatch.setattr(remedies, "for_scenario", lambda *_, **__: ())
-    monkeypatch.setattr("gm_ompl.explain.explain.finer", lambda *_: None)
+    explaining = importlib.import_module("gm_ompl.explain.explain")  # gm_ompl.explain is a function
+    monkeypatch.setattr(explaining, "finer", lambda *_: None)
     scenario = pushed_tee()
     assert gm_ompl.plan(scenario).status == "infeasible"
     found = gm_ompl.plan(scenario, "HybridRRTConnect", max_iterations=2000)
