@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import SEARCH_SECONDS
+from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
@@ -163,9 +163,9 @@ def explain(
     *,
     samples: int | None = None,
     seed: int = 0,
-    time_limit: float = SEARCH_SECONDS,
+    time_limit: float = SECONDS,
 ) -> Explanation:
-    """Explain why a scenario has no plan, or none through given coordinates or placements.
+    """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 
     Args:
         scenario: what is to be explained.
@@ -173,13 +173,15 @@ def explain(
         placements: per finger, a row of the placement table or (face, cell); None for many sets.
         samples: sets of placements judged at most; beyond, they are drawn at random.
         seed: of the drawing.
-        time_limit: for the search that says whether there is a plan [s]; 0 for no search.
+        time_limit: for all of it [s]; 0 for no search.
 
     Raises:
         InputError: coordinates, placements or the scenario do not fit.
     """
     from gm_ompl.explain.explain import explain
 
+    if not (math.isfinite(time_limit) and time_limit >= 0):
+        raise InputError(f"time limit: {time_limit}: must be a number of seconds >= 0")
     given = _loaded(scenario)
     problem, q = given.problem, None
     prepare(problem)
@@ -192,7 +194,7 @@ def explain(
             if period is None and not low <= value <= high:
                 raise InputError(f"at: {list(q)}: {value:g} must be from {low:g} to {high:g}")
     rows = None if placements is None else _rows(problem, placements)
-    return explain(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
+    return explain(given, q, rows, samples=samples, seed=seed, seconds=time_limit)
 
 
 def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:

@@ -88,7 +88,7 @@ def _colours() -> str:
 
 
 _STATUS = {
-    "infeasible": "proven infeasible: there is no plan on this lattice",
+    "infeasible": "proven infeasible: there is no plan on the scenario's lattice",
     "budget": "no plan: the budget was spent first",
     "interrupted": "no plan: the search was interrupted",
 }
@@ -100,7 +100,7 @@ def _summary(story: Story) -> str:
         facts = [_STATUS.get(plan.status, plan.status)]
     else:
         facts = [
-            f"cost {plan.cost:.6g}" + (" (proven optimal)" if plan.optimal else ""),
+            f"cost {plan.cost:.6g}" + (" (proven optimal on the lattice)" if plan.optimal else ""),
             f"{len(plan.steps)} steps",
             f"{plan.regrasps} regrasp" + ("" if plan.regrasps == 1 else "s"),
         ]

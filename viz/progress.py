@@ -42,7 +42,7 @@ def progress_figure(
         below.set_xlabel("time [s]")
         below.set_xlim(right=end)
     axes[0][0].set_ylabel("share of runs with a plan")
-    axes[1][0].set_ylabel("cost over the optimum (median)")
+    axes[1][0].set_ylabel("cost over the lattice's optimum (median)")
     handles, labels = axes[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=6, frameon=False)
     return figure

@@ -20,7 +20,7 @@ class Exit(enum.IntEnum):
     OK = 0  # solved, or holds
     BUG = 1
     BAD_INPUT = 2
-    INFEASIBLE = 3  # proven
+    INFEASIBLE = 3  # proven on the scenario's lattice
     BUDGET = 4  # spent without a plan
     REFUTED = 5  # check found that the plan does not hold
     INTERRUPTED = 130  # what shells report for Ctrl-C

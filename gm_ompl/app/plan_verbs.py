@@ -60,8 +60,8 @@ def plan(
 ) -> Exit:
     """Plan a scenario.
 
-    Exit codes: 0 solved, 2 bad input, 3 proven infeasible, 4 budget spent without a plan,
-    130 interrupted.
+    Exit codes: 0 solved, 2 bad input, 3 proven infeasible on the scenario's lattice, 4 budget
+    spent without a plan, 130 interrupted.
     """
     from gm_ompl.app.planning import PlanRequest, plan_command
 
@@ -101,12 +101,12 @@ def explain(
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sampling.", min=0)] = 0,
     time_limit: Annotated[
         float,
-        typer.Option(metavar="S", help="For the search that says whether there is a plan.", min=0),
-    ] = 20.0,
+        typer.Option(metavar="S", help="For all of it; 0: without any search.", min=0),
+    ] = 30.0,
     overrides: Overrides = None,
     as_json: AsJson = False,
 ) -> Exit:
-    """Say why there is no plan, or none through there.
+    """Say why there is no plan on the lattice, or none through there.
 
     What is suggested has been judged again. Of many sets of placements some are drawn at random.
     """

@@ -131,7 +131,7 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
 
 
 _SENTENCES = {
-    "infeasible": "proven infeasible: no plan exists on this lattice",
+    "infeasible": "proven infeasible: no plan exists on the scenario's lattice",
     "budget": "budget spent before a plan was found",
     "interrupted": "interrupted before a plan was found",
 }
@@ -143,7 +143,7 @@ def summary(plan: Plan) -> Iterator[str]:
     if plan.cost is None:
         yield f"{name}: {_SENTENCES[plan.status]}"
     else:
-        quality = "proven optimal" if plan.optimal else "not proven optimal"
+        quality = "proven optimal on the lattice" if plan.optimal else "not proven optimal"
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"

@@ -65,12 +65,10 @@ def placements(
     if min(grid) < 1:
         raise GeometryError(f"a grid needs at least one cell each way, not {tuple(grid)}")
     labels = face_labels(body)
-    wanted = _wanted(labels, faces)
-    points, normals, face, cell, piece = [], [], [], [], []
-    for number, patch in enumerate(_faces_of(body)):
-        if number not in wanted:
-            continue
-        spots = _rectangle(patch.ring, patch.normal).cells(grid)
+    none = np.zeros(0, dtype=np.int64)
+    points, normals, face = [np.zeros((0, 3))], [np.zeros((0, 3))], [none]
+    cell, piece = [none.reshape(0, 2)], [none]
+    for number, patch, spots in _spots(body, grid, faces):
         kept = np.flatnonzero(_usable(body, patch, spots, margin))
         points.append(spots[kept])
         normals.append(np.tile(-patch.normal, (len(kept), 1)))
@@ -86,6 +84,31 @@ def placements(
         piece=np.concatenate(piece),
         labels=labels,
     )
+
+
+def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]) -> float | None:
+    """Return the largest margin that leaves a placement; None where none is left without one.
+
+    Args:
+        body: the object, object frame.
+        grid: as for ``placements``.
+        faces: as for ``placements``.
+    """
+    found: list[float] = []
+    for _, patch, spots in _spots(body, grid, faces):
+        kept = spots[_usable(body, patch, spots, 0.0)]
+        found += patch.region().distance_to_rim(kept).tolist()
+    return max(found, default=None)
+
+
+def _spots(
+    body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]
+) -> Iterator[tuple[int, _Face, Array]]:
+    """Yield per wanted face its number, itself and its cells' centres (k, 3)."""
+    wanted = _wanted(face_labels(body), faces)
+    for number, patch in enumerate(_faces_of(body)):
+        if number in wanted:
+            yield number, patch, _rectangle(patch.ring, patch.normal).cells(grid)
 
 
 def face_areas(body: Body) -> Array:

@@ -54,7 +54,7 @@ def assemble(
             infinite numbers become None.
         seed: the random seed.
         parameters: the planner's parameters.
-        optimal: whether the plan is proven optimal.
+        optimal: whether the plan is proven optimal on the lattice.
         lower_bound: no plan is cheaper; None or infinite where no number can be given. Rounding
             above the cost is taken back.
 

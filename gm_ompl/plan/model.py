@@ -161,7 +161,7 @@ class Plan(_Record):
         planner: the planner's name.
         seed: the random seed.
         parameters: the planner's parameters.
-        optimal: whether ``cost`` is proven to be within 1e-6 (relative) of the optimum.
+        optimal: whether ``cost`` is proven to be within 1e-6 (relative) of the lattice's optimum.
         cost: the sum of the steps' costs; None without a plan.
         lower_bound: no plan on the lattice is cheaper; None where nothing is known.
         regrasps: number of regrasping steps; None without a plan.

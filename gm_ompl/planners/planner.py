@@ -41,8 +41,8 @@ class Status(enum.Enum):
 
 _SENTENCES = {
     Status.SOLVED: "a plan was found",
-    Status.INFEASIBLE: "it is proven that no plan exists",
-    Status.BUDGET: "the budget was spent before a plan was found or its absence proven",
+    Status.INFEASIBLE: "it is proven that no plan exists on the scenario's lattice",
+    Status.BUDGET: "the budget was spent: no plan was found, and none is ruled out",
     Status.INTERRUPTED: "the search was interrupted",
 }
 
@@ -147,7 +147,7 @@ class PlannerSpecs:
 
     Attributes:
         directed: it respects that arcs are one-way (always required of planners offered).
-        optimal: it proves or approaches the optimum, rather than stopping at any plan.
+        optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
     """
 
@@ -164,7 +164,8 @@ class SearchResult:
         status: how it ended; SOLVED also when a budget was spent with a plan in hand.
         moves: the plan's arcs from start to goal; none without a plan.
         cost: their total, or None without a plan.
-        lower_bound: no plan is cheaper; +inf where it is proven that there is none.
+        lower_bound: no plan on the lattice is cheaper; +inf where it is proven that none exists
+            there.
         optimal: whether the plan is proven optimal on the lattice.
         statistics: at least ``time_s``, ``expanded``, ``generated``, ``mode_decisions`` and
             ``history``, a list of [time, cost or None, bound].

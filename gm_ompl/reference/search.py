@@ -29,7 +29,7 @@ interchangeable, so that a node holds an unordered set of them."""
 class SearchStatus(enum.Enum):
     """How a search ended; the value is a sentence for the user."""
 
-    SOLVED = "an optimal plan was found"
+    SOLVED = "a plan was found that is optimal on this lattice"
     INFEASIBLE = "no path joins start and goal on this lattice"
 
 

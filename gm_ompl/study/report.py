@@ -107,7 +107,7 @@ def _figures(
     for figure, title, x, y in (
         (success, "Share of runs with a plan", "time [s]", "share"),
         (cost, "Cost of the best plan: median and quartiles of the runs", "time [s]", "cost"),
-        (ratio, "Cost over the proven optimum", "", "ratio"),
+        (ratio, "Cost over the optimum proven on the lattice", "", "ratio"),
     ):
         figure.update_layout(title=title, xaxis_title=x, yaxis_title=y, height=380)
         yield figure

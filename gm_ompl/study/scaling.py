@@ -163,7 +163,7 @@ def measurements(
     for case in cases:
         task = {"scenario": case.scenario, "overrides": case.changes, "time_limit": limit}
         lattice = measured({**task, "repeat": False})
-        # Sampling proves nothing: where there is no plan it would only wait for its limit.
+        # Sampling proves nothing: where the lattice has no plan it mostly waits for its limit.
         tried = 0 if lattice.status == "infeasible" else seeds
         runs = sampled(case, tried, limit)
         yield row(case, lattice, runs), point(case, axis, lattice, runs)
