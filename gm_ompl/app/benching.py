@@ -9,8 +9,8 @@ from typing import Any
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json
 from gm_ompl.errors import InputError
-from gm_ompl.study.bench import SCENARIOS, Effort, bench
-from gm_ompl.study.pages import number, table
+from gm_ompl.study.bench import SCENARIOS, bench
+from gm_ompl.study.report import number, table
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,10 @@ def bench_command(request: BenchRequest) -> Exit:
             raise InputError(f"{name}: {value}: must be a whole number >= 1")
     if not request.search_limit > 0:
         raise InputError(f"--search-limit: {request.search_limit}: must be a positive time [s]")
-    effort = Effort(
-        repeat=request.repeat, with_highs=request.highs, search_limit=request.search_limit
-    )
-    found = bench(request.scenarios or SCENARIOS, effort, request.overrides, note)
+    found = bench(
+        request.scenarios or SCENARIOS, request.overrides, note, repeat=request.repeat,
+        highs=request.highs, search_limit=request.search_limit,
+    )  # fmt: skip
     if request.as_json:
         say_json(found)
     else:

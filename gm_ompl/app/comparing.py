@@ -23,7 +23,7 @@ from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.executors import make_executor
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
-from gm_ompl.study.report import figure, interval, other_ends, report_html
+from gm_ompl.study.report import figure, figures, interval, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
@@ -109,10 +109,7 @@ def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:
         table = _table(scenario, "planner", "runs", "plan", "first [s]", "cost", "ratio",
                        "regrasps", "z", "decisions", "MiB", "other ends")  # fmt: skip
         for row in group:
-            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                      row.decisions, row.peak_mb)  # fmt: skip
-            _add(table, row.planner, str(row.runs), f"{row.success:.0%}", *map(figure, values),
-                 other_ends(row))  # fmt: skip
+            _add(table, row.planner, *figures(row))
         yield table
 
 

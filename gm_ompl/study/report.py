@@ -61,7 +61,7 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
     library: bool = True  # the page holds plotly once, before its first chart
     for scenario, planners in grouped(records).items():
         parts.append(f"<h2>{html.escape(scenario)}</h2>")
-        for figure in _figures(go, planners, optima):
+        for figure in _charts(go, planners, optima):
             parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
             library = False
     for figure in _scaling(go, records):
@@ -83,7 +83,7 @@ def plotly(extra: str = "plot") -> ModuleType:
     return module
 
 
-def _figures(
+def _charts(
     go: ModuleType, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
 ) -> Iterator[Any]:
     """Yield a scenario's charts: success over time, cost over time, cost ratio."""
@@ -172,16 +172,15 @@ def _summary_table(rows: Sequence[Summary]) -> str:
     head = ("scenario", "planner", "runs", "with a plan", "first plan [s], median", "cost, median",
             "cost / optimum", "regrasps", "least z", "mode decisions", "peak [MiB]",
             "other ends")  # fmt: skip
-    cells = [
-        (
-            row.scenario, row.planner, str(row.runs), f"{row.success:.0%}",
-            *map(figure, (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                          row.decisions, row.peak_mb)),
-            other_ends(row),
-        )
-        for row in rows
-    ]  # fmt: skip
-    return _table("Runs", head, cells)
+    return _table("Runs", head, [(row.scenario, row.planner, *figures(row)) for row in rows])
+
+
+def figures(row: Summary) -> tuple[str, ...]:
+    """Return a summary's figures as text, from the number of runs to how else they ended."""
+    numbers = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.decisions)
+    others = ", ".join(f"{count} {status}" for status, count in row.others.items())
+    success, peak = f"{row.success:.0%}", f"{row.peak_mb:.0f}"
+    return (str(row.runs), success, *map(figure, numbers), peak, others or "-")
 
 
 def _difference_table(rows: Sequence[Difference]) -> str:
@@ -206,14 +205,24 @@ def figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with few digits and thousands separated; a dash for None."""
+    if value is None:
+        return "-"
+    if isinstance(value, int) or abs(value) >= 10**digits:
+        return f"{value:,.0f}"
+    return f"{value:.{digits}g}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Return a Markdown table."""
+    lines = [list(head), ["---"] * len(head), *[[str(cell) for cell in row] for row in rows]]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
 def interval(difference: Difference) -> str:
     """Return the interval of a difference; marked where it leaves out zero."""
     if difference.low is None and difference.high is None:
         return "-"
     mark = " *" if difference.supported else ""
     return f"{figure(difference.low)} to {figure(difference.high)}{mark}"
-
-
-def other_ends(summary: Summary) -> str:
-    """Return how many runs ended otherwise than with a plan or without budget."""
-    return ", ".join(f"{count} {status}" for status, count in summary.others.items()) or "-"

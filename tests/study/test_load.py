@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gm_ompl.study.load import Load, measure
+from docs.tables.load import Load, measure
 
 
 def test_shares_are_those_of_the_workers_time() -> None:

@@ -1,4 +1,4 @@
-"""``python -m gm_ompl.study.comparison_page``: makes the runs of docs/comparison.md and its tables.
+"""``python -m docs.tables.comparison``: makes the runs of docs/comparison.md and its tables.
 
 Without options: all of them, which takes an hour or two on two cores. Every finished run is stored,
 so that a second call goes on where the first was stopped; ``--tables-only`` takes what is stored.
@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypeAlias
 
+from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
-from gm_ompl.study.pages import table, write_tables
-from gm_ompl.study.report import figure, interval, other_ends
+from gm_ompl.study.report import figure, figures, interval, table
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, differences, summarise
 from gm_ompl.study.task import Limits, Task
-from gm_ompl.study.workers import Executor, LocalExecutor
+from gm_ompl.study.workers import LocalExecutor
 
 SINGLE = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp", "paper/cork")
 FAMILIES = ("random/tumble", "random/regrasp", "random/planar")
@@ -75,22 +76,6 @@ def references(design: Design, tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, seed=0, limits=limits) for task in exact.values())
 
 
-def make(design: Design, store: Store, executor: Executor) -> tuple[Record, ...]:
-    """Make the runs that are missing; how many are done is written to stderr.
-
-    Returns:
-        The runs that the tables show.
-    """
-    tasks = runs(design)
-
-    def watch(done: int, wanted: int) -> None:
-        sys.stderr.write(f"\r{done} of {wanted} runs ")
-
-    found = compare((*tasks, *references(design, tasks)), store, executor, watch)
-    sys.stderr.write("\n")
-    return found[: len(tasks)]
-
-
 def tables(shown: Sequence[Record], best: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of the runs, by the name of their marks.
 
@@ -98,14 +83,7 @@ def tables(shown: Sequence[Record], best: Mapping[str, float]) -> dict[str, str]
         shown: the runs.
         best: proven optimal costs by scenario key.
     """
-    lines = [
-        (
-            row.scenario, row.planner, row.runs, f"{row.success:.0%}", figure(row.first_plan_s),
-            figure(row.cost), figure(row.ratio), figure(row.regrasps), figure(row.least_z),
-            figure(row.decisions), f"{row.peak_mb:.0f}", other_ends(row),
-        )
-        for row in summarise(shown, best)
-    ]  # fmt: skip
+    lines = [(row.scenario, row.planner, *figures(row)) for row in summarise(shown, best)]
     head = ("scenario", "planner", "runs", "with a plan", "first plan, s", "cost",
             "cost / optimum", "regrasps", "least z", "decisions", "peak, MiB",
             "other ends")  # fmt: skip
@@ -132,77 +110,68 @@ def _cell(row: Difference) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing and write the tables into the page."""
-    design = Design()
-    parser = page_parser("comparison", __doc__, design)
-    parser.add_argument("--families", nargs="*", default=design.families, metavar="random/FAMILY")
+    return produce("comparison", Design(), arguments, lambda _design, page, shown, best:
+                   write_tables(page, tables(shown, best)))  # fmt: skip
+
+
+Write: TypeAlias = Callable[[Design, Path, Sequence[Record], Mapping[str, float]], None]
+"""Writes a page from its runs and the proven optima by scenario key."""
+
+
+def produce(name: str, design: Design, arguments: Sequence[str] | None, write: Write) -> int:
+    """Make the runs of a page that are missing and have it written; return the exit code.
+
+    Args:
+        name: of the page in ``docs/``.
+        design: what is compared where the arguments say nothing else.
+        arguments: of the command line.
+        write: see ``Write``.
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m docs.tables.{name}")
+    parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
+    parser.add_argument("--page", type=Path, default=Path(f"docs/{name}.md"))
+    parser.add_argument("--tables-only", action="store_true", help="make no runs")
+    for option, value in vars(design).items():
+        many: dict[str, Any] = {"nargs": "*"} if isinstance(value, tuple) else {"type": type(value)}
+        parser.add_argument(f"--{option.replace('_', '-')}", default=value, **many)
+    options = vars(parser.parse_args(arguments))
+    path, page, stored_only = (options.pop(key) for key in ("store", "page", "tables_only"))
+    asked = Design(**options)
     try:
-        _, page, shown, best = produced(parser.parse_args(arguments), design)
-        write_tables(page, tables(shown, best))
+        if not page.is_file():  # said before hours of runs, not after
+            raise InputError(f"--page {page}: no such file; copy docs/{page.name} with its marks")
+        write(asked, page, *_runs(asked, path, stored_only))
     except GmOmplError as error:
         sys.stderr.write(f"{error}\n")
         return 2
     return 0
 
 
-def page_parser(page: str, description: str | None, design: Design) -> argparse.ArgumentParser:
-    """Return a parser of the options that pages made from runs share; ``design`` has defaults."""
-    parser = argparse.ArgumentParser(
-        prog=f"python -m gm_ompl.study.{page}_page", description=description
-    )
-    parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
-    parser.add_argument("--page", type=Path, default=Path(f"docs/{page}.md"))
-    parser.add_argument("--single", nargs="*", default=design.single, metavar="SCENARIO")
-    parser.add_argument("--planners", nargs="+", default=design.planners, metavar="NAME")
-    parser.add_argument("--seeds", type=int, default=design.seeds)
-    parser.add_argument("--time-limit", type=float, default=design.time_limit, metavar="S")
-    parser.add_argument("--reference-limit", type=float, default=design.reference_limit,
-                        metavar="S", help="of astar's runs that prove the optima")  # fmt: skip
-    parser.add_argument("--tables-only", action="store_true", help="make no runs")
-    return parser
-
-
-def produced(
-    given: argparse.Namespace, design: Design
-) -> tuple[Design, Path, tuple[Record, ...], dict[str, float]]:
-    """Return the design asked for, its page, the runs it shows and the proven optima.
-
-    Raises:
-        InputError: see ``produce``.
-    """
-    options = vars(given)
-    path, page, stored = options.pop("store"), options.pop("page"), options.pop("tables_only")
-    asked = replace(design, **options)
-    return asked, page, *produce(asked, path, page, stored)
-
-
-def produce(
-    design: Design, path: Path, page: Path, stored_only: bool
+def _runs(
+    design: Design, path: Path, stored_only: bool
 ) -> tuple[tuple[Record, ...], dict[str, float]]:
     """Return the runs that a page shows and the proven optima by scenario key.
 
-    Args:
-        design: what is compared.
-        path: of the store.
-        page: that will show them.
-        stored_only: make no runs, take those that are stored.
-
     Raises:
-        InputError: there is no such page, or nothing is stored.
+        InputError: nothing is stored.
     """
-    if not page.is_file():  # said before hours of runs, not after
-        raise InputError(
-            f"--page {page}: no such file; copy docs/{page.name}, whose marks it needs"
-        )
     path.parent.mkdir(parents=True, exist_ok=True)
+    tasks = runs(design)
     with Store(path) as store:
         if stored_only:
-            shown = tuple(store.get(task.key() for task in runs(design)).values())
+            shown = tuple(store.get(task.key() for task in tasks).values())
         else:
             with closing(LocalExecutor()) as executor:
-                shown = make(design, store, executor)
+                wanted = (*tasks, *references(design, tasks))
+                shown = compare(wanted, store, executor, _watch)[: len(tasks)]
+            sys.stderr.write("\n")
         if not shown:
             raise InputError(f"{path}: holds none of these runs; make them without --tables-only")
         return shown, optima(store.all())
+
+
+def _watch(done: int, wanted: int) -> None:
+    sys.stderr.write(f"\r{done} of {wanted} runs ")
 
 
 if __name__ == "__main__":

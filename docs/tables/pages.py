@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from gm_ompl.errors import InputError
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [list(head), ["---"] * len(head), *[[str(cell) for cell in row] for row in rows]]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+def write_page(name: str, tables: Mapping[str, Iterable[str]]) -> None:
+    """Write ``docs/NAME.md``, or the page named on the command line, as its tables grow.
+
+    Args:
+        name: of the page.
+        tables: by their marks, each table longer and longer: a call that is stopped leaves what it
+            has measured.
+    """
+    page = Path(sys.argv[1] if len(sys.argv) > 1 else f"docs/{name}.md")
+    for mark, growing in tables.items():
+        for content in growing:
+            write_tables(page, {mark: content})
 
 
 def write_tables(page: Path, tables: Mapping[str, str]) -> None:
@@ -29,12 +38,3 @@ def write_tables(page: Path, tables: Mapping[str, str]) -> None:
             raise InputError(f"{page}: has no <!-- begin {name} --> ... <!-- end {name} -->")
         text = text[: parts.start()] + parts[1] + content + parts[2] + text[parts.end() :]
     page.write_text(text, encoding="utf-8")
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """Return a number with few digits and thousands separated; a dash for None."""
-    if value is None:
-        return "-"
-    if isinstance(value, int) or abs(value) >= 10**digits:
-        return f"{value:,.0f}"
-    return f"{value:.{digits}g}"

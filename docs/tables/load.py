@@ -1,4 +1,4 @@
-"""``python -m gm_ompl.study.load``: how well many runs use the workers, and what a run costs.
+"""``python -m docs.tables.load``: how well many runs use the workers, and what a run costs.
 
 Every run searches for its whole time limit (``HybridRRTstar`` never ends by itself). Told is how
 long workers had a run in hand and their cores computed for it, the overhead, which is the time
@@ -144,7 +144,7 @@ def _cpu() -> float:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure and say."""
-    parser = argparse.ArgumentParser(prog="python -m gm_ompl.study.load", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m docs.tables.load", description=__doc__)
     parser.add_argument("--scenario", default="paper/regrasp", metavar="SCENARIO")
     parser.add_argument("--runs", type=int, default=2000, metavar="N")
     parser.add_argument("--seconds", type=float, default=1.0, metavar="S", help="of each run")

@@ -1,6 +1,6 @@
 """Holds the shipped scenarios to their ``expect`` and to what the last release did.
 
-``python -m gm_ompl.study.regression`` says what moved and ends with 5 if something is worse;
+``python -m tests.verify.regression`` says what moved and ends with 5 if something is worse;
 ``--record`` writes the baseline anew. Times are compared as multiples of a piece of work that no
 change of this package touches, measured in the same call, so that another machine does not matter.
 """
@@ -23,7 +23,7 @@ from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.scenario.load import shipped
-from gm_ompl.study.expectations import COST, disagreements
+from tests.verify.expectations import COST, disagreements
 
 BASELINE = Path(__file__).with_name("regression_baseline.json")
 

@@ -1,7 +1,7 @@
-"""``python -m gm_ompl.study.planners_page``: every planner over time, for docs/planners.md.
+"""``python -m docs.tables.planners``: every planner over time, for docs/planners.md.
 
 Makes the runs of all planners on the paper's problems, writes their table into the page and draws
-success and cost over time beside it (images/planners.svg). Runs are those of ``comparison_page``,
+success and cost over time beside it (images/planners.svg). Runs are those of ``comparison``,
 kept in the same store: what one has made the other takes from it. Half an hour on two cores.
 """
 
@@ -13,16 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gm_ompl.viz.canvas import save, styled
 
-from gm_ompl.errors import GmOmplError
+from docs.tables.comparison import Design, produce
+from docs.tables.pages import write_tables
+from docs.tables.pictures import progress_figure
 from gm_ompl.planners.registry import PLANNERS
-from gm_ompl.study.comparison_page import Design, page_parser, produced
-from gm_ompl.study.pages import table, write_tables
-from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success_curve
+from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success_curve, table
 from gm_ompl.study.store import Record
 from gm_ompl.study.summary import first_times, grouped, ratios
-from gm_ompl.viz.canvas import save, styled
-from gm_ompl.viz.progress import progress_figure
 
 DESIGN = Design(
     single=("paper/slide", "paper/push", "paper/tumble", "paper/regrasp"),
@@ -89,17 +88,15 @@ def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, pict
         save(progress_figure(panels, end, COLOURS), picture)
 
 
+def write(design: Design, page: Path, shown: Sequence[Record], best: Mapping[str, float]) -> None:
+    """Write the table into the page, and the picture beside it."""
+    write_tables(page, {"rates": rates(shown, best)})
+    draw(curves(shown, best, design.time_limit), design.time_limit, page.parent / PICTURE)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing, write the table, draw the picture."""
-    parser = page_parser("planners", __doc__, DESIGN)
-    try:
-        design, page, shown, best = produced(parser.parse_args(arguments), DESIGN)
-        write_tables(page, {"rates": rates(shown, best)})
-        draw(curves(shown, best, design.time_limit), design.time_limit, page.parent / PICTURE)
-    except GmOmplError as error:
-        sys.stderr.write(f"{error}\n")
-        return 2
-    return 0
+    return produce("planners", DESIGN, arguments, write)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,19 @@
-"""One search in a process of its own: time, memory and what it did.
-
-``python -m gm_ompl.study.measure '{"scenario": "paper/slide"}'`` prints the measurement as JSON.
-"""
+"""One search by ``astar``: time, memory and what it did."""
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
+import multiprocessing
 import resource
-import subprocess
-import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 from gm_ompl import api
 from gm_ompl.problem import Problem
+from gm_ompl.study.report import number
 
 
 @dataclass(frozen=True)
@@ -28,7 +24,6 @@ class Measurement:
         status: how it ended.
         optimal: whether it proved its plan optimal.
         cost: of the plan.
-        regrasps: in the plan.
         expanded: nodes (or lanes) expanded.
         decisions: mode decisions computed.
         seconds: CPU time of ``plan``, everything included.
@@ -39,22 +34,36 @@ class Measurement:
     status: str
     optimal: bool
     cost: float | None
-    regrasps: int | None
     expanded: int
     decisions: int
     seconds: float
     megabytes: float
     nodes: int
 
+    def cells(self, *names: str) -> list[str]:
+        """Return the attributes of these names for a table; "ends" is how the search ended."""
+        ends = "proven optimal" if self.optimal else self.status
+        return [
+            ends if name == "ends" else number(getattr(self, name), 6 if name == "cost" else 3)
+            for name in names
+        ]
 
-def measure(
+
+def measure(scenario: str, **options: Any) -> Measurement:
+    """Return what ``measured`` returns, from a new process."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
+        return process.submit(measured, scenario, **options).result()
+
+
+def measured(
     scenario: str,
+    *,
     heuristic: str = "lanes",
     overrides: Sequence[str] = (),
     time_limit: float | None = None,
     repeat: bool = True,
 ) -> Measurement:
-    """Measure ``astar`` in a new process.
+    """Measure a search in this process.
 
     Args:
         scenario: a shipped name, or a file.
@@ -63,39 +72,20 @@ def measure(
         time_limit: of the search [s].
         repeat: whether to solve twice and count the second time, compiled code being loaded.
     """
-    task = {
-        "scenario": scenario,
-        "heuristic": heuristic,
-        "overrides": list(overrides),
-        "time_limit": time_limit,
-        "repeat": repeat,
-    }
-    command = [sys.executable, "-m", "gm_ompl.study.measure", json.dumps(task)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    return Measurement(**json.loads(done.stdout))
-
-
-def measured(task: dict[str, Any]) -> Measurement:
-    """Return the measurement of a task, made in this process."""
-    scenario = api.load(task["scenario"], task.get("overrides", ()))
-    for _ in range(2 if task.get("repeat", True) else 1):
+    loaded = api.load(scenario, overrides)
+    for _ in range(2 if repeat else 1):
         started = time.process_time()
-        plan = api.plan(
-            scenario,
-            time_limit=task.get("time_limit"),
-            parameters={"heuristic": task.get("heuristic", "lanes")},
-        )
+        plan = api.plan(loaded, time_limit=time_limit, parameters={"heuristic": heuristic})
         seconds = time.process_time() - started
     return Measurement(
         status=plan.status,
         optimal=plan.optimal,
         cost=plan.cost,
-        regrasps=plan.regrasps,
         expanded=plan.statistics.expanded,
         decisions=plan.statistics.mode_decisions,
         seconds=seconds,
         megabytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-        nodes=graph_nodes(scenario.problem),
+        nodes=graph_nodes(loaded.problem),
     )
 
 
@@ -104,7 +94,3 @@ def graph_nodes(problem: Problem) -> int:
     placements = len(problem.fingers.placements)
     groups = problem.fingers.groups()
     return math.prod(math.comb(placements, len(group)) for group in groups) * problem.lattice.size
-
-
-if __name__ == "__main__":
-    sys.stdout.write(json.dumps(dataclasses.asdict(measured(json.loads(sys.argv[1])))) + "\n")

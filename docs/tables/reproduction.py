@@ -1,20 +1,20 @@
-"""``python -m gm_ompl.study.reproduction [PAGE]``: the paper's results beside this planner's.
+"""``python -m docs.tables.reproduction [PAGE]``: the paper's results beside this planner's.
 
-Plans the paper's scenarios and the cork box's variants, checks every plan, and writes the tables
-into PAGE (docs/reproduction.md). Takes about a minute.
+Plans the paper's scenarios and the cork box's variants and checks every plan, for
+docs/reproduction.md. Takes about a minute.
 """
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import groupby
-from pathlib import Path
 
+from docs.tables.pages import write_page
 from gm_ompl import api
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
-from gm_ompl.study.pages import number, table, write_tables
+from gm_ompl.study.report import number, table
+from gm_ompl.study.run import facts
 
 PAPER = (
     ("paper/slide", 533, 1007),
@@ -66,7 +66,7 @@ def cork() -> str:
             rows.append((
                 reading, f"{factor * F_MAX:g}", plan.status, _yes(plan.optimal),
                 number(plan.cost, 6), number(plan.regrasps), "; ".join(stages(plan)) or "-",
-                _yes(one_finger_in_force_control(plan)), number(least_margin(plan)),
+                _yes(one_finger_in_force_control(plan)), number(facts(plan)["least_z"]),
                 _yes(api.check(plan).holds),
             ))  # fmt: skip
     head = (
@@ -102,32 +102,13 @@ def _segments(plan: Plan) -> Iterator[tuple[float, float, str, str]]:
 
 def one_finger_in_force_control(plan: Plan) -> bool:
     """Whether one finger is under force control and one under position control throughout."""
-    modes = {
-        segment.modes
-        for step in plan.steps
-        if isinstance(step, DisplacementStep)
-        for segment in step.segments
-    }
+    modes = {segment.modes for segment in plan.segments}
     return modes in ({("position", "force")}, {("force", "position")})
-
-
-def least_margin(plan: Plan) -> float | None:
-    """Return the least z along the plan; None without one."""
-    return min(
-        (s.z for step in plan.steps if isinstance(step, DisplacementStep) for s in step.segments),
-        default=None,
-    )
 
 
 def _yes(value: bool) -> str:
     return "yes" if value else "no"
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Plan everything and write the page."""
-    page = Path(arguments[0] if arguments else "docs/reproduction.md")
-    write_tables(page, {"results": results(), "cork": cork()})
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write_page("reproduction", {"results": [results()], "cork": [cork()]})

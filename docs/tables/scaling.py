@@ -1,4 +1,4 @@
-"""``python -m gm_ompl.study.scaling [PAGE]``: where exactness ends and what sampling costs beyond.
+"""``python -m docs.tables.scaling [PAGE]``: where exactness ends and what sampling costs beyond.
 
 Measures ``astar`` and ``HybridRRTConnect`` against degrees of freedom (nodes of the object's
 lattice), placements and fingers; writes the tables into PAGE (docs/scaling.md) and the picture
@@ -15,11 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gm_ompl import api
-from gm_ompl.study.measure import Measurement, measured
-from gm_ompl.study.pages import number, table, write_tables
 from gm_ompl.viz.canvas import save, styled
-from gm_ompl.viz.scaling import scaling_figure
+
+from docs.tables.measure import measured
+from docs.tables.pages import write_tables
+from docs.tables.pictures import scaling_figure
+from gm_ompl import api
+from gm_ompl.study.report import number, table
 
 LIMIT = 30.0
 """Wall time per search and per run [s]."""
@@ -35,14 +37,12 @@ class Case:
     Attributes:
         series: what the axis varies of it.
         freedom: the object's degrees of freedom.
-        x: the varied quantity; None where it is read off the problem.
         scenario: a shipped name.
         changes: "KEY=VALUE" overrides.
     """
 
     series: str
     freedom: int
-    x: int | None
     scenario: str
     changes: tuple[str, ...]
 
@@ -57,28 +57,28 @@ PLANAR_GRIDS = ((3, 1), (5, 2), (9, 4), (15, 6))
 AXES: dict[str, tuple[Case, ...]] = {
     "object nodes": (
         *(
-            Case("path (1)", 1, None, "paper/tumble",
+            Case("path (1)", 1, "paper/tumble",
                  ("fingers.placements.grid=[3, 3]", f"lattice.segments={n}"))
             for n in (15, 60, 240)
         ),
         *(
-            Case("planar (3)", 3, None, "planar/turn", (_steps(length, yaw),))
+            Case("planar (3)", 3, "planar/turn", (_steps(length, yaw),))
             for length, yaw in PLANAR_STEPS
         ),
     ),
     "placements": (
         *(
-            Case("paper/regrasp", 1, None, "paper/regrasp",
+            Case("paper/regrasp", 1, "paper/regrasp",
                  (f"fingers.placements.grid=[{m}, {m}]",))
             for m in GRIDS
         ),
         *(
-            Case("planar/turn", 3, None, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
+            Case("planar/turn", 3, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
             for a, b in PLANAR_GRIDS
         ),
     ),
     "fingers": tuple(
-        Case(series, freedom, n, scenario, (f"fingers.count={n}", *coarse))
+        Case(series, freedom, scenario, (f"fingers.count={n}", *coarse))
         for series, freedom, scenario, coarse in (
             ("paper/tumble", 1, "paper/tumble",
              ("fingers.placements.grid=[3, 3]", "lattice.segments=15")),
@@ -95,23 +95,8 @@ HEAD = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Runs:
-    """What the sampling planner did over the seeds.
-
-    Attributes:
-        seconds: CPU time of each run that found a plan.
-        costs: of those plans.
-        tried: number of seeds.
-    """
-
-    seconds: tuple[float, ...]
-    costs: tuple[float, ...]
-    tried: int
-
-
-def sampled(case: Case, seeds: int, limit: float) -> Runs:
-    """Run the sampling planner with seeds 0, 1, ..."""
+def sampled(case: Case, seeds: int, limit: float) -> tuple[list[float], list[float]]:
+    """Return CPU times [s] and costs of the sampling planner's plans, with seeds 0, 1, ..."""
     scenario = api.load(case.scenario, case.changes)
     seconds, costs = [], []
     for seed in range(seeds):
@@ -120,53 +105,38 @@ def sampled(case: Case, seeds: int, limit: float) -> Runs:
         if plan.cost is not None:
             seconds.append(time.process_time() - started)
             costs.append(plan.cost)
-    return Runs(tuple(seconds), tuple(costs), seeds)
-
-
-def point(case: Case, axis: str, lattice: Measurement, runs: Runs) -> dict[str, Any]:
-    """Return a case's measurements as the picture draws them."""
-    problem = api.load(case.scenario, case.changes).problem
-    read = {"object nodes": problem.lattice.size, "placements": len(problem.fingers.placements)}
-    return {
-        "series": case.series,
-        "x": case.x if case.x is not None else read[axis],
-        "lattice": lattice.seconds,
-        "proven": lattice.optimal or lattice.status == "infeasible",
-        "sampling": statistics.median(runs.seconds) if runs.seconds else None,
-        "lo": min(runs.seconds, default=None),
-        "hi": max(runs.seconds, default=None),
-    }
-
-
-def row(case: Case, lattice: Measurement, runs: Runs) -> tuple[object, ...]:
-    """Return a case's line of the table."""
-    problem = api.load(case.scenario, case.changes).problem
-    ends = {"solved": "plan, not proven", "infeasible": "proven infeasible"}
-    changes = " ".join(f"`{change}`" for change in case.changes)
-    solved = bool(runs.seconds)
-    return (
-        case.freedom, f"`{case.scenario}`", changes, problem.fingers.count,
-        len(problem.fingers.placements), number(problem.lattice.size),
-        "proven optimal" if lattice.optimal else ends.get(lattice.status, "budget spent"),
-        number(lattice.cost, 5), number(lattice.expanded), number(lattice.seconds),
-        f"{len(runs.seconds)} of {runs.tried}" if runs.tried else "not tried",
-        number(statistics.median(runs.seconds) if solved else None),
-        number(max(runs.seconds, default=None)),
-        number(statistics.median(runs.costs) if solved else None, 5),
-    )  # fmt: skip
+    return seconds, costs
 
 
 def measurements(
     axis: str, cases: Sequence[Case], seeds: int = SEEDS, limit: float = LIMIT
 ) -> Iterator[tuple[tuple[object, ...], dict[str, Any]]]:
-    """Yield line and point of each case of an axis."""
+    """Yield each case's line of the table, and its point as the picture draws it."""
     for case in cases:
-        task = {"scenario": case.scenario, "overrides": case.changes, "time_limit": limit}
-        lattice = measured({**task, "repeat": False})
+        problem = api.load(case.scenario, case.changes).problem
+        lattice = measured(case.scenario, overrides=case.changes, time_limit=limit, repeat=False)
         # Sampling proves nothing: where there is no plan it would only wait for its limit.
         tried = 0 if lattice.status == "infeasible" else seeds
-        runs = sampled(case, tried, limit)
-        yield row(case, lattice, runs), point(case, axis, lattice, runs)
+        seconds, costs = sampled(case, tried, limit)
+        placements, nodes = len(problem.fingers.placements), problem.lattice.size
+        middle, slowest = (f(seconds) if seconds else None for f in (statistics.median, max))
+        ends = {"solved": "plan, not proven", "infeasible": "proven infeasible"}
+        yield (
+            case.freedom, f"`{case.scenario}`", " ".join(f"`{change}`" for change in case.changes),
+            problem.fingers.count, placements, number(nodes),
+            "proven optimal" if lattice.optimal else ends.get(lattice.status, "budget spent"),
+            number(lattice.cost, 5), *lattice.cells("expanded", "seconds"),
+            f"{len(seconds)} of {tried}" if tried else "not tried",
+            number(middle), number(slowest), number(statistics.median(costs) if costs else None, 5),
+        ), {
+            "series": case.series,
+            "x": {"object nodes": nodes, "placements": placements}.get(axis, problem.fingers.count),
+            "lattice": lattice.seconds,
+            "proven": lattice.optimal or lattice.status == "infeasible",
+            "sampling": middle,
+            "lo": min(seconds, default=None),
+            "hi": slowest,
+        }  # fmt: skip
 
 
 def study(

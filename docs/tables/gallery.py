@@ -1,4 +1,4 @@
-"""Builds the gallery: ``python -m gm_ompl.app.gallery docs`` writes gallery.md and its images."""
+"""Builds the gallery: ``python -m docs.tables.gallery docs`` writes gallery.md and its images."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from gm_ompl import api
-from gm_ompl.app.planning import summary
-from gm_ompl.app.tracing import TraceFile
-from gm_ompl.plan.model import Plan
-from gm_ompl.planners.planner import silent
-from gm_ompl.scenario.load import shipped
 from gm_ompl.viz.canvas import save, styled
 from gm_ompl.viz.figures import forces_figure
 from gm_ompl.viz.page import write_text
 from gm_ompl.viz.search import read_trace, search_figure
 from gm_ompl.viz.snapshots import snapshots_figure
 from gm_ompl.viz.story import tell
+
+from gm_ompl import api
+from gm_ompl.app.planning import summary
+from gm_ompl.app.tracing import TraceFile
+from gm_ompl.plan.model import Plan
+from gm_ompl.planners.planner import silent
+from gm_ompl.scenario.load import shipped
 
 TIME_LIMIT: Final = 120.0
 """A scenario that is not solved within this time is left out [s]."""
