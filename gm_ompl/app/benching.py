@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json
+from gm_ompl.app.study_verbs import BenchVerb
 from gm_ompl.errors import InputError
 from gm_ompl.study.bench import SCENARIOS, bench
 from gm_ompl.study.report import number, table
 
 
-@dataclass(frozen=True)
-class BenchRequest:
-    """The options of ``gm-ompl bench``."""
-
-    scenarios: tuple[str, ...]
-    repeat: int
-    highs: int
-    search_limit: float
-    overrides: tuple[str, ...]
-    as_json: bool
-
-
-def bench_command(request: BenchRequest) -> Exit:
+def bench_command(request: BenchVerb) -> Exit:
     """Measure, show the result."""
     for name, value in (("--repeat", request.repeat), ("--highs", request.highs)):
         if value < 1:
@@ -33,7 +21,7 @@ def bench_command(request: BenchRequest) -> Exit:
     if not request.search_limit > 0:
         raise InputError(f"--search-limit: {request.search_limit}: must be a positive time [s]")
     found = bench(
-        request.scenarios or SCENARIOS, request.overrides, note, repeat=request.repeat,
+        request.scenario or SCENARIOS, request.overrides or (), note, repeat=request.repeat,
         highs=request.highs, search_limit=request.search_limit,
     )  # fmt: skip
     if request.as_json:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from rich.text import Text
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note
+from gm_ompl.app.study_verbs import CompareVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.executors import make_executor
@@ -30,21 +30,7 @@ from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """The options of ``gm-ompl compare``."""
-
-    scenarios: tuple[str, ...]
-    planners: str
-    seeds: int
-    time_limit: float
-    memory_limit: float | None
-    max_iterations: int | None
-    executor: str
-    output: Path
-
-
-def compare_command(request: CompareRequest) -> Exit:
+def compare_command(request: CompareVerb) -> Exit:
     """Make the runs that are missing, write everything, show the tables."""
     tasks = _tasks(request)
     with closing(make_executor(request.executor)) as executor:
@@ -69,7 +55,7 @@ def compare_command(request: CompareRequest) -> Exit:
     return Exit.OK
 
 
-def _tasks(request: CompareRequest) -> tuple[Task, ...]:
+def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     """Return the runs asked for.
 
     Raises:

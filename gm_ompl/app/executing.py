@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.show_verbs import ExecuteVerb
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.simulation.disturb import DisturbanceReport, disturb
@@ -26,25 +26,7 @@ ENOUGH = 0.95
 """Share of the trials that must succeed."""
 
 
-@dataclass(frozen=True)
-class ExecuteRequest:
-    """The options of ``gm-ompl execute``."""
-
-    plan_file: Path
-    seed: int
-    probe: int
-    disturb: float | None
-    largest: int | None
-    vary: float | None
-    trials: int
-    speed: float
-    lean: bool
-    video: Path | None
-    plot: Path | None
-    as_json: bool
-
-
-def execute_command(request: ExecuteRequest) -> Exit:
+def execute_command(request: ExecuteVerb) -> Exit:
     """Play the plan back, put it to the test, show the result."""
     _check(request)
     load()
@@ -109,7 +91,7 @@ def _say(report: ExecutionReport, tests: _Tests, holds: bool) -> None:
     say("it holds" if holds else "it does NOT hold")
 
 
-def _check(request: ExecuteRequest) -> None:
+def _check(request: ExecuteVerb) -> None:
     """Refuse numbers that make no sense.
 
     Raises:
@@ -128,19 +110,19 @@ def _check(request: ExecuteRequest) -> None:
         raise InputError(f"--vary {percent}: must be a percentage above 0, at most 50")
 
 
-def _disturbed(setup: Setup, request: ExecuteRequest) -> DisturbanceReport | None:
+def _disturbed(setup: Setup, request: ExecuteVerb) -> DisturbanceReport | None:
     if request.disturb is None:
         return None
     return disturb(setup, request.disturb, request.trials, request.seed)
 
 
-def _largest(setup: Setup, request: ExecuteRequest) -> tuple[Largest, ...]:
+def _largest(setup: Setup, request: ExecuteVerb) -> tuple[Largest, ...]:
     if request.largest is None:
         return ()
     return largest(setup, request.largest, request.seed)
 
 
-def _varied(setup: Setup, request: ExecuteRequest) -> VariationReport | None:
+def _varied(setup: Setup, request: ExecuteVerb) -> VariationReport | None:
     if request.vary is None:
         return None
     return vary(setup, request.vary / 100.0, request.trials, request.seed)

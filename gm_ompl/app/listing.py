@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json
+from gm_ompl.app.plan_verbs import ListVerb
 from gm_ompl.scenario.load import random_names, read, shipped
 
 KEYS = ("name", "description", "source")
 
 
-def list_command(as_json: bool) -> Exit:
+def list_command(request: ListVerb) -> Exit:
     """Show the shipped scenarios and name the random families."""
     rows = []
     for name in shipped():
         tree = read(name).tree  # the text alone: nothing is built
         fields = tree if isinstance(tree, dict) else {}
         rows.append({"name": name} | {key: str(fields.get(key, "")) for key in KEYS[1:]})
-    if as_json:
+    if request.as_json:
         say_json({"scenarios": rows, "families": list(random_names())})
         return Exit.OK
     widths = [max((len(row[key]) for row in rows), default=0) for key in KEYS]

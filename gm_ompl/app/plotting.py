@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, writable
+from gm_ompl.app.show_verbs import PlotVerb
 from gm_ompl.errors import InputError, did_you_mean
 from gm_ompl.plan.model import Plan
 
@@ -15,22 +15,11 @@ if TYPE_CHECKING:
     from gm_ompl.viz.story import Story
 
 
-class Picture(enum.StrEnum):
-    """What to draw."""
-
-    FORCES = "forces"
-    SNAPSHOTS = "snapshots"
-    SEARCH = "search"
+PICTURES = ("forces", "snapshots", "search")
 
 
-def plot_command(plan_file: Path, output: Path, show: str, trace: Path | None) -> Exit:
+def plot_command(request: PlotVerb) -> Exit:
     """Draw the plan into a file.
-
-    Args:
-        plan_file: the plan.
-        output: the file; its suffix names the format.
-        show: what to draw, a value of ``Picture``.
-        trace: what the search did, for "search".
 
     Raises:
         InputError: a file cannot be read or written, or there is nothing to draw.
@@ -38,28 +27,27 @@ def plot_command(plan_file: Path, output: Path, show: str, trace: Path | None) -
     from gm_ompl.viz.canvas import check_suffix, save, styled
     from gm_ompl.viz.story import tell
 
-    names = [picture.value for picture in Picture]
-    if show not in names:
-        hint = did_you_mean(show, names)
-        raise InputError(f"--show {show}: no such picture{hint}; pictures: {', '.join(names)}")
-    picture = Picture(show)
-    check_suffix(output)
-    target = writable(output)
+    show, trace = request.show, request.trace
+    if show not in PICTURES:
+        hint = did_you_mean(show, PICTURES)
+        raise InputError(f"--show {show}: no such picture{hint}; pictures: {', '.join(PICTURES)}")
+    check_suffix(request.output)
+    target = writable(request.output)
     assert target is not None
-    if trace is not None and picture is not Picture.SEARCH:
+    if trace is not None and show != "search":
         raise InputError(f"--trace {trace}: is for --show search; add that")
     with styled():
-        save(_figure(tell(Plan.load(plan_file)), picture, trace), target)
-    note(f"written to {output}")
+        save(_figure(tell(Plan.load(request.plan_file)), show, trace), target)
+    note(f"written to {request.output}")
     return Exit.OK
 
 
-def _figure(story: Story, picture: Picture, trace: Path | None) -> Any:
-    if picture is Picture.SEARCH:
+def _figure(story: Story, show: str, trace: Path | None) -> Any:
+    if show == "search":
         from gm_ompl.viz.search import read_trace, search_figure
 
         return search_figure(story, None if trace is None else read_trace(trace))
-    if picture is Picture.SNAPSHOTS:
+    if show == "snapshots":
         from gm_ompl.viz.snapshots import snapshots_figure
 
         return snapshots_figure(story)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, writable
+from gm_ompl.app.study_verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.executors import make_executor
 from gm_ompl.study.store import Store
@@ -22,24 +22,7 @@ EVERY = 3
 """Where no scenario is held out by name, every third is."""
 
 
-@dataclass(frozen=True)
-class TuneRequest:
-    """The options of ``gm-ompl tune``."""
-
-    scenarios: tuple[str, ...]
-    planner: str
-    trials: int
-    hold_out: tuple[str, ...]
-    objective: str
-    seeds: int
-    max_iterations: int | None
-    time_limit: float | None
-    seed: int
-    executor: str
-    output: Path
-
-
-def tune_command(request: TuneRequest) -> Exit:
+def tune_command(request: TuneVerb) -> Exit:
     """Make the trials that are missing, score the winner, write it."""
     design = _design(request)
     output = writable(request.output)
@@ -57,7 +40,7 @@ def _watch(done: int, wanted: int) -> None:
     note(f"trial {done} of {wanted}")
 
 
-def _write(request: TuneRequest, output: Path, folder: Path, tuned: Tuned) -> None:
+def _write(request: TuneVerb, output: Path, folder: Path, tuned: Tuned) -> None:
     best = tuned.trials[tuned.best]
     part = output.with_name(f".{output.name}.part")
     part.write_text(json.dumps(best.parameters, indent=2) + "\n", encoding="utf-8")
@@ -78,7 +61,7 @@ def _write(request: TuneRequest, output: Path, folder: Path, tuned: Tuned) -> No
     note(f"written to {request.output} and {folder.name}/")
 
 
-def _design(request: TuneRequest) -> Design:
+def _design(request: TuneVerb) -> Design:
     """Return what is asked for.
 
     Raises:
@@ -90,7 +73,7 @@ def _design(request: TuneRequest) -> Design:
                           ("--max-iterations", request.max_iterations)):  # fmt: skip
         if limit is not None and not (math.isfinite(limit) and limit > 0):
             raise InputError(f"{option} {limit}: must be a positive number")
-    names, held = list(request.scenarios), list(request.hold_out)
+    names, held = list(request.scenarios), list(request.hold_out or ())
     if not held:
         held = names[EVERY - 1 :: EVERY]
         names = [name for name in names if name not in held]

@@ -7,24 +7,25 @@ from pathlib import Path
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, writable
+from gm_ompl.app.show_verbs import ViewVerb
 from gm_ompl.plan.model import Plan
 
 
-def view_command(plan_file: Path, html: Path | None, port: int) -> Exit:
+def view_command(request: ViewVerb) -> Exit:
     """Show the plan in the browser until interrupted, or write its page."""
-    target = writable(html, "--html")
-    plan = Plan.load(plan_file)
+    target = writable(request.html, "--html")
+    plan = Plan.load(request.plan_file)
     if target is not None:
         write_html(plan, target)
-        note(f"written to {html}")
+        note(f"written to {request.html}")
         return Exit.OK
     from gm_ompl.viz.page import page
     from gm_ompl.viz.server import address, serving
 
     text = page(plan)
-    with serving(lambda: text, port) as server:
+    with serving(lambda: text, request.port) as server:
         try:
-            say(f"{plan_file} is shown at {address(server)} (Ctrl-C ends)")
+            say(f"{request.plan_file} is shown at {address(server)} (Ctrl-C ends)")
             sys.stdout.flush()
             server.serve_forever()
         except KeyboardInterrupt:

@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from gm_ompl.app.benching import BenchRequest, bench_command, lines
+from gm_ompl.app.benching import bench_command, lines
+from gm_ompl.app.study_verbs import BenchVerb
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
 from gm_ompl.study.bench import bench, decisions_per_node
@@ -81,4 +82,4 @@ def test_a_problem_without_valid_nodes_counts_nothing() -> None:
 def test_senseless_efforts_are_bad_input(repeat: int, highs: int, limit: float, named: str) -> None:
     """The message names the option."""
     with pytest.raises(InputError, match=named):
-        bench_command(BenchRequest((), repeat, highs, limit, (), as_json=True))
+        bench_command(BenchVerb(None, repeat, highs, limit))
