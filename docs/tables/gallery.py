@@ -11,15 +11,15 @@ from typing import Final
 from gm_ompl.viz.canvas import save, styled
 from gm_ompl.viz.figures import forces_figure
 from gm_ompl.viz.page import write_text
-from gm_ompl.viz.search import read_trace, search_figure
+from gm_ompl.viz.search import search_figure
 from gm_ompl.viz.snapshots import snapshots_figure
 from gm_ompl.viz.story import tell
 
 from gm_ompl import api
 from gm_ompl.app.planning import summary
-from gm_ompl.app.tracing import TraceFile
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import silent
+from gm_ompl.planners.trace_file import TraceFile, read_trace
 from gm_ompl.scenario.load import shipped
 
 TIME_LIMIT: Final = 120.0

@@ -44,7 +44,8 @@ def plot_command(request: PlotVerb) -> Exit:
 
 def _figure(story: Story, show: str, trace: Path | None) -> Any:
     if show == "search":
-        from gm_ompl.viz.search import read_trace, search_figure
+        from gm_ompl.planners.trace_file import read_trace
+        from gm_ompl.viz.search import search_figure
 
         return search_figure(story, None if trace is None else read_trace(trace))
     if show == "snapshots":

@@ -10,7 +10,7 @@ from typing import Final, final
 
 from gm_ompl.graph.extraction import PhysicalHand
 from gm_ompl.moves import Move
-from gm_ompl.planners.trace import Trace, Vertex
+from gm_ompl.planners.trace import Trace, Vertex, Vertices
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.explorer import Course
 from gm_ompl.sampling.extraction import shared_hub
@@ -27,17 +27,13 @@ GOAL: Final = "goal"
 class Growth:
     """Tells of every stride of every branch, and of the plans found, as vertices.
 
-    Within one of the two kinds of tree the same state is the same vertex, whichever route or
-    branch came to it first.
-
     Args:
         problem: what is planned.
         trace: who hears of it.
     """
 
     def __init__(self, problem: Problem, trace: Trace) -> None:
-        self._groups, self._trace = problem.fingers.groups(), trace
-        self._known: dict[tuple[str, HybridState], Vertex] = {}
+        self._groups, self._vertices = problem.fingers.groups(), Vertices(trace)
         self._placements: dict[Tree, list[Placements]] = {}
 
     def grown(self, courses: Sequence[Course]) -> None:
@@ -57,40 +53,24 @@ class Growth:
         parent = None
         if branch.parent != ROOT:
             before, at = tree.branches[branch.parent].lane, told[branch.parent]
-            parent = self._known[root, HybridState(vertices[branch.enter], at)]
+            parent = self._vertices.known(root, HybridState(vertices[branch.enter], at))
             hand = PhysicalHand(self._groups, at)
             hand.move(*hand.regrasped(shared_hub(store, before, branch.lane), branch.lane))
             placements = hand.placements
         step = 1 if branch.reach >= branch.enter else -1
         for vertex in range(branch.enter, branch.reach + step, step):
-            parent = self._reached(root, HybridState(vertices[vertex], placements), parent)
+            state = HybridState(vertices[vertex], placements)
+            parent = self._vertices.reached(root, state, parent)
         return placements
-
-    def _reached(self, root: str, state: HybridState, parent: Vertex | None) -> Vertex:
-        """Return the vertex of ``state``; tell of it if it is new."""
-        known = self._known.get((root, state))
-        return known or self._tell(root, state, parent, len(self._known))
-
-    def _tell(self, root: str, state: HybridState, parent: Vertex | None, number: int) -> Vertex:
-        kind = "root"
-        if parent is not None:
-            kind = "regrasp" if parent.placements != state.placements else "displacement"
-        hangs_on = None if parent is None else parent.number
-        vertex = Vertex(number, hangs_on, *state, kind, root)
-        self._known[root, state] = vertex
-        self._trace(vertex)
-        return vertex
 
     def planned(self, moves: Sequence[Move]) -> None:
         """Tell of a plan: its states become a way in the start's tree, rewired where need be."""
         parent: Vertex | None = None
         passed: set[HybridState] = set()
         for state in states_along(moves):
-            if state not in passed:
-                passed.add(state)
-                known = self._known.get((START, state))
-                number = len(self._known) if known is None else known.number
-                hangs_on = None if parent is None else parent.number
-                if known is None or known.parent != hangs_on:
-                    self._tell(START, state, parent, number)
-            parent = self._known[START, state]
+            vertex = self._vertices.known(START, state)
+            hangs_on = None if parent is None else parent.number
+            if vertex is None or (state not in passed and vertex.parent != hangs_on):
+                vertex = self._vertices.hung(START, state, parent)
+            passed.add(state)
+            parent = vertex

@@ -14,7 +14,7 @@ from gm_ompl.graph.watch import Stopped
 from gm_ompl.moves import Move
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
-from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
+from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status
 from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Placements, Problem
@@ -36,24 +36,21 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     Raises:
         InputError: the start or the goal is off the lattice.
     """
-    meter = budget.start()
-    decided = judge.mode_decisions
+    log = Log(budget.start(), judge, report)
     start, backend = start_node(problem), judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
-        graph = LaneGraph(problem, judge, backend, meter.spent)
+        graph = LaneGraph(problem, judge, backend, log.meter.spent)
         source = start_sets(problem, judge, graph, start)
     except KeyboardInterrupt:
-        return without_search(Status.INTERRUPTED, 0.0, meter)
+        return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
-        return without_search(Status.BUDGET, 0.0, meter)
+        return without_search(Status.BUDGET, 0.0, log.meter)
 
-    observe, trace = observer(meter, judge, report), tracer(report)
-    search = LaneSearch(graph, source, start, meter, observe, trace)
+    search = LaneSearch(graph, source, start, log, tracer(report))
     status = search.run()
     moves = _moves(problem, judge, search.path())
-    decisions = judge.mode_decisions - decided
-    statistics = statistics_of(search, meter, decisions, graph.lanes_met)
+    statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
 

@@ -18,7 +18,7 @@ from gm_ompl.graph.sets import LIFTED
 from gm_ompl.graph.watch import Stop, Stopped
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
-from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
+from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -44,28 +44,26 @@ def solve_on_lattice(
     Raises:
         InputError: the start or the goal is off the lattice.
     """
-    meter = budget.start()
-    decided = judge.mode_decisions
+    log = Log(budget.start(), judge, report)
     start_node(problem)
     goals = GoalNodes(problem)
     try:
-        valid = goals.reachable(problem, judge, meter.spent)
+        valid = goals.reachable(problem, judge, log.meter.spent)
         if not valid:
             # No set of placements fits the goal: nothing to search.
-            return without_search(Status.INFEASIBLE, math.inf, meter)
+            return without_search(Status.INFEASIBLE, math.inf, log.meter)
         graph = FeasibilityGraph(
-            problem, judge, goals, heuristic(problem, judge, valid, meter.spent)
+            problem, judge, goals, heuristic(problem, judge, valid, log.meter.spent)
         )
     except KeyboardInterrupt:
-        return without_search(Status.INTERRUPTED, 0.0, meter)
+        return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
-        return without_search(Status.BUDGET, 0.0, meter)
+        return without_search(Status.BUDGET, 0.0, log.meter)
 
     told = _told(problem, graph, tracer(report))
-    found = BestFirstSearch(graph, meter, observer(meter, judge, report), told).run()
+    found = BestFirstSearch(graph, log, told).run()
     moves = extract_moves(problem, graph, found.path) if found.path else ()
-    decisions = judge.mode_decisions - decided
-    statistics = statistics_of(found, meter, decisions, len(graph.sets))
+    statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
@@ -9,10 +11,19 @@ from ompl import base as ob
 from ompl import geometric as og
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl_path import states_of
-from gm_ompl.planners.ompl_trace import Grown
-from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
+from gm_ompl.moves import Move
+from gm_ompl.planners.planner import (
+    Budget,
+    Planner,
+    Progress,
+    Report,
+    SearchResult,
+    Status,
+    silent,
+)
+from gm_ompl.planners.trace import Expansion, Vertex
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.stages import states_along
 from gm_ompl.space.convert import Codec
 from gm_ompl.space.guard import Guard
 from gm_ompl.space.planner_data import Tree
@@ -23,6 +34,64 @@ _ENDS = {
     Status.BUDGET: "TIMEOUT",
     Status.INTERRUPTED: "ABORT",
 }
+
+
+@final
+class Grown:
+    """Hears of vertices, and makes what a planner of OMPL would call its data of them.
+
+    It is a search's ``report``.
+    """
+
+    def __init__(self) -> None:
+        self._vertices: dict[int, Vertex] = {}
+
+    def __call__(self, _: Progress) -> None:
+        """Pass over progress."""
+
+    def trace(self, event: Expansion | Vertex) -> None:
+        """Keep ``event`` if it is a vertex."""
+        if isinstance(event, Vertex):
+            self._vertices[event.number] = event
+
+    def tree(self, model: ContinuousModel, start: HybridState, moves: Sequence[Move]) -> Tree:
+        """Return the trees and the plan as one graph, each state once, edges as executed.
+
+        Args:
+            model: tells the goal.
+            start: the virtual start, from which the roots are reached for free.
+            moves: the plan, if any.
+        """
+        numbers = {start: 0}
+        edges: dict[tuple[int, int], None] = {}
+
+        def number(state: HybridState) -> int:
+            return numbers.setdefault(state, len(numbers))
+
+        backward = set()
+        for vertex in self._vertices.values():
+            here = number(_state(vertex))
+            if vertex.tree == "goal":
+                backward.add(here)
+            if vertex.parent is not None:
+                parent = number(_state(self._vertices[vertex.parent]))
+                edges[(here, parent) if vertex.tree == "goal" else (parent, here)] = None
+            elif vertex.tree == "start":
+                edges[0, here] = None
+        for before, after in itertools.pairwise([start, *states_along(moves)]):
+            edges[number(before), number(after)] = None
+        edges.pop((0, 0), None)  # where the start's placements are given, it is a root itself
+        return Tree(
+            states=tuple(numbers),
+            edges=tuple(edges),
+            starts=frozenset([0]),
+            goals=frozenset(k for state, k in numbers.items() if k and model.in_goal(state)),
+            backward=frozenset(backward),
+        )
+
+
+def _state(vertex: Vertex) -> HybridState:
+    return HybridState(vertex.q, vertex.placements)
 
 
 @final
@@ -84,7 +153,7 @@ class PlainPlanner(ob.Planner):
         heard: Report = self._grown if self.planner.specs.randomised else silent
         self.result = self.planner.solve(problem, self._judge, budget, self._rng, heard)
         if self.result.status is Status.SOLVED:
-            self._offer(states_of(self._codec.start, self.result.moves))
+            self._offer([self._codec.start, *states_along(self.result.moves)])
         return _ENDS[self.result.status]
 
     def _offer(self, states: list[HybridState]) -> None:

@@ -1,9 +1,10 @@
-"""One run of one of OMPL's planners: limits, progress, and the path judged anew."""
+"""One run of one of OMPL's planners: limits, progress, the path judged anew, the trees told of."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import defaultdict, deque
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, final
 
@@ -11,11 +12,10 @@ import numpy as np
 from ompl import util as ou
 
 from gm_ompl.errors import PathError
+from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
-from gm_ompl.planners.ompl_path import judged_anew
+from gm_ompl.moves import Displacement, Move
 from gm_ompl.planners.ompl_setup import HybridSetup
-from gm_ompl.planners.ompl_trace import tell
 from gm_ompl.planners.planner import (
     Budget,
     Meter,
@@ -25,7 +25,12 @@ from gm_ompl.planners.planner import (
     SearchResult,
     Status,
 )
-from gm_ompl.planners.trace import tracer
+from gm_ompl.planners.trace import Trace, Vertex, Vertices, tracer
+from gm_ompl.problem import Problem
+from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
+from gm_ompl.sampling.stages import states_along
+from gm_ompl.space.motions import Motions
+from gm_ompl.space.planner_data import Tree
 
 _NO_MOVES: tuple[Move, ...] = ()
 
@@ -157,3 +162,95 @@ def _best_cost(planner: Any) -> float | None:
     """Return the cost that an improving planner claims for its best path, or None."""
     cost = float(planner.bestCost().value())
     return cost if math.isfinite(cost) else None
+
+
+def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, ...]:
+    """Return the moves along ``states``, expanded and judged with nothing remembered.
+
+    Raises:
+        PathError: the path does not lead from start to goal, or a motion on it is infeasible.
+    """
+    model = ContinuousModel(problem, Judge(problem, make_backend(problem)))
+    motions = Motions(model, model.start_state())
+    if not states or not model.in_goal(states[-1]):
+        raise PathError("the path does not end in the goal")
+    moves: list[Move] = []
+    here = model.start_state()
+    for number, state in enumerate(states):
+        found = motions.expand(here, state) if number else ()
+        if found is None:
+            raise PathError(
+                f"motion {number} of the path, from {_shown(here)} to {_shown(state)}, cannot be "
+                "executed in this direction"
+            )
+        if number:
+            # The moves' own ends count: unwrapped, and free of OMPL's rounding.
+            here = HybridState(_end(found, here), state.placements)
+        moves.extend(found)
+    return tuple(moves)
+
+
+def _end(moves: Sequence[Move], before: HybridState) -> tuple[float, ...]:
+    ends = [move.end for move in moves if isinstance(move, Displacement)]
+    return ends[-1] if ends else before.q
+
+
+def _shown(state: HybridState) -> str:
+    return f"(q = {list(state.q)}, placements {list(state.placements)})"
+
+
+def tell(tree: Tree, motions: Motions, trace: Trace) -> None:
+    """Tell ``trace`` of what one of OMPL's planners explored.
+
+    A motion is told as what it consists of: a vertex after each regrasp, one at its end.
+
+    Args:
+        tree: what was explored.
+        motions: what motions consist of; those of the tree are remembered.
+        trace: who hears of it.
+    """
+    vertices = Vertices(trace)
+    for root in ("start", "goal"):
+        for tail, head in _outward(tree, root):
+            a, b = (head, tail) if root == "goal" else (tail, head)
+            parent: Vertex | None = None
+            way = _way(tree.states[a], tree.states[b], motions)
+            for state in reversed(way) if root == "goal" else way:
+                parent = vertices.reached(root, state, parent)
+
+
+def _outward(tree: Tree, root: str) -> Iterator[tuple[int, int]]:
+    """Yield (known, new vertex) from the roots of one of the trees to its leaves; roots first."""
+    backward = root == "goal"
+    onward = defaultdict[int, list[int]](list)
+    for a, b in tree.edges:
+        if (a in tree.backward) == (b in tree.backward) == backward:
+            tail, head = (b, a) if backward else (a, b)
+            onward[tail].append(head)
+    ends = sorted(tree.goals & tree.backward if backward else tree.starts)
+    for end in ends:
+        if UNPLACED not in tree.states[end].placements:
+            yield end, end
+    seen, waiting = set(ends), deque(ends)
+    while waiting:
+        tail = waiting.popleft()
+        for head in onward[tail]:
+            if head not in seen:
+                seen.add(head)
+                waiting.append(head)
+                yield tail, head
+
+
+def _way(origin: HybridState, target: HybridState, motions: Motions) -> list[HybridState]:
+    """Return the states between which the motion changes one thing at a time."""
+    placed = HybridState(
+        origin.q,
+        tuple(
+            b if a == UNPLACED else a
+            for a, b in zip(origin.placements, target.placements, strict=True)
+        ),
+    )
+    moves = motions.expand(origin, target) or ()
+    regrasped = [state for state in states_along(moves) if state.q == origin.q]
+    way = [placed, *regrasped, HybridState(origin.q, target.placements), target]
+    return [state for k, state in enumerate(way) if k == 0 or state != way[k - 1]]

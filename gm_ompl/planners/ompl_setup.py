@@ -14,9 +14,7 @@ from ompl import util as ou
 from gm_ompl import clock
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.ompl_adapter import PlainPlanner
-from gm_ompl.planners.ompl_configure import configure
-from gm_ompl.planners.ompl_planners import OmplPlanner
-from gm_ompl.planners.ompl_soundness import refuse_unsound
+from gm_ompl.planners.ompl_table import OMPL_PLANNERS, refuse_unsound
 from gm_ompl.planners.planner import Planner, SearchResult, Status
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 from gm_ompl.space.convert import Codec
@@ -32,6 +30,9 @@ from gm_ompl.space.validity import DirectedMotions, NodeValidity
 
 GOAL_STATES = 100
 """Goal states that planners may draw; BITstar and FMT take all of them before they begin."""
+
+ENDLESS = 2**31 - 1
+"""The largest number of goal samples that OMPL can be told of."""
 
 MAX_SEED = 2**31 - 1
 
@@ -92,8 +93,8 @@ class HybridSetup(og.SimpleSetup):
 
     def use(self, planner: Planner) -> None:
         """Set one of gm_ompl's planners: OMPL's own by their names, others through an adapter."""
-        if isinstance(planner, OmplPlanner):
-            made = configure(self, planner.name, planner.settings)
+        if planner.name in OMPL_PLANNERS:
+            made = self._configured(planner.name, planner.settings)
         else:
             made = PlainPlanner(
                 self.getSpaceInformation(),
@@ -101,6 +102,26 @@ class HybridSetup(og.SimpleSetup):
             )  # fmt: skip
         self._used, self._parameters = made.getName(), planner.settings
         self.setPlanner(made)
+
+    def _configured(self, name: str, settings: Mapping[str, Any]) -> Any:
+        """Return OMPL's planner ``name`` as set; changes the goal to suit it."""
+        planner = getattr(og, name)(self.getSpaceInformation())
+        if "range" in settings:
+            planner.setRange(settings["range"] * self.getStateSpace().getMaximumExtent())
+        if "samples" in settings:
+            many = planner.setNumSamples if name == "FMT" else planner.setSamplesPerBatch
+            many(settings["samples"])
+        if settings.get("first_plan"):
+            self.stop_at_first_plan()
+        if "guided" in settings:
+            # Goal states and guided states come through the goal region, the rest from OMPL.
+            goal_bias, guided = settings["goal_bias"], settings["guided"]
+            share = goal_bias + guided - goal_bias * guided
+            planner.setGoalBias(share)
+            self.offer_goals(ENDLESS, 0.0 if share == 0.0 else 1.0 - goal_bias / share)
+        else:
+            self.offer_goals(settings["goal_states"])
+        return planner
 
     def stop_at_first_plan(self) -> None:
         """Let planners that improve their plan end with the first one."""

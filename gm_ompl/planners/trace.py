@@ -6,13 +6,15 @@ A search asks once, ``trace = tracer(report)``, and where that is not None hands
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, final
 
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Report
 from gm_ompl.problem import Placements
+from gm_ompl.sampling.motions import HybridState
 
 
 @dataclass(frozen=True)
@@ -63,3 +65,40 @@ def tracer(report: Report) -> Trace | None:
     """Return where ``report`` wants to hear of expansions and vertices; None is nowhere."""
     trace: Trace | None = getattr(report, "trace", None)
     return trace
+
+
+@final
+class Vertices:
+    """Tells of states as they join the trees, as vertices.
+
+    Within one of the two kinds of tree the same state is the same vertex, whichever way led to it
+    first.
+
+    Args:
+        trace: who hears of it.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        self._trace, self._numbers = trace, itertools.count()
+        self._known: dict[tuple[str, HybridState], Vertex] = {}
+
+    def known(self, root: str, state: HybridState) -> Vertex | None:
+        """Return the vertex of a state in the tree from ``root``, "start" or "goal"."""
+        return self._known.get((root, state))
+
+    def reached(self, root: str, state: HybridState, parent: Vertex | None) -> Vertex:
+        """Return the vertex of a state; tell of it if it is new."""
+        return self.known(root, state) or self.hung(root, state, parent)
+
+    def hung(self, root: str, state: HybridState, parent: Vertex | None) -> Vertex:
+        """Return the vertex of a state after telling that it hangs on ``parent`` from now on."""
+        known = self.known(root, state)
+        number = next(self._numbers) if known is None else known.number
+        hangs_on, kind = None, "root"
+        if parent is not None:
+            hangs_on = parent.number
+            kind = "regrasp" if parent.placements != state.placements else "displacement"
+        vertex = Vertex(number, hangs_on, *state, kind, root)
+        self._known[root, state] = vertex
+        self._trace(vertex)
+        return vertex

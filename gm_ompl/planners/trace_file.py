@@ -1,4 +1,4 @@
-"""``--trace``: what a search did, written as it happens (format ``gm-ompl-trace/1``).
+"""``--trace``: what a search did, written as it happens, and read (format ``gm-ompl-trace/1``).
 
 A text file, one JSON object a line. The first names the format and the search; then follow
 ``progress``, ``expansion`` and ``vertex`` events with the time since the start [s]; the last,
@@ -10,9 +10,9 @@ from __future__ import annotations
 import json
 import math
 import time
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any, Final
 
 from gm_ompl.errors import InputError
@@ -50,12 +50,7 @@ class TraceFile:
     def __enter__(self) -> TraceFile:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._stream is not None:
             self._stream.close()
 
@@ -107,3 +102,82 @@ class TraceFile:
 
 def _line(record: dict[str, Any]) -> str:
     return json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What a trace file says.
+
+    Attributes:
+        header: its first line.
+        history: (time [s], cost or None, bound or None), in time order.
+        expansions: events in order.
+        vertices: by number, as last said; in the order of their first event.
+    """
+
+    header: Mapping[str, Any]
+    history: tuple[tuple[float, float | None, float | None], ...]
+    expansions: tuple[Mapping[str, Any], ...] = ()
+    vertices: Mapping[int, Mapping[str, Any]] | None = None
+
+
+def read_trace(path: Path) -> Told:
+    """Read a trace file; a last line cut short by an interruption is left out.
+
+    Raises:
+        InputError: it cannot be read or is no trace; the message names file and line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise InputError(f"--trace {path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"--trace {path}: not a text file in UTF-8") from error
+    records = [_record(path, k, line, len(lines)) for k, line in enumerate(lines)]
+    if not records or records[0].get("format") != FORMAT:
+        raise InputError(f'--trace {path}:1: not a trace; its first line says "format": "{FORMAT}"')
+    try:
+        return _told(records)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"--trace {path}: an event lacks or garbles {error}") from error
+
+
+def _record(path: Path, k: int, line: str, count: int) -> dict[str, Any]:
+    try:
+        record = json.loads(line)
+    except ValueError as error:
+        if k == count - 1 and k > 0:
+            return {}
+        raise InputError(f"--trace {path}:{k + 1}: not a line of JSON") from error
+    if not isinstance(record, dict):
+        raise InputError(f"--trace {path}:{k + 1}: must be one JSON object")
+    return record
+
+
+def _told(records: list[dict[str, Any]]) -> Told:
+    history: list[tuple[float, float | None, float | None]] = []
+    expansions: list[Mapping[str, Any]] = []
+    vertices: dict[int, Mapping[str, Any]] = {}
+    for record in records[1:]:
+        match record.get("event"):
+            case "progress":
+                history.append((float(record["time"]), record["cost"], record["lower_bound"]))
+            case "expansion":
+                expansions.append({"q": _floats(record["q"]), **_rest(record, "bound", "why")})
+            case "vertex":
+                number = int(record["number"])
+                vertices[number] = {
+                    "q": _floats(record["q"]), "placements": tuple(map(int, record["placements"])),
+                    **_rest(record, "parent", "kind", "tree"),
+                }  # fmt: skip
+            case "end" if record["history"]:
+                history = [(float(t), cost, bound) for t, cost, bound in record["history"]]
+    return Told(records[0], tuple(history), tuple(expansions), vertices)
+
+
+def _floats(values: Any) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _rest(record: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {name: record[name] for name in names}
