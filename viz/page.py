@@ -5,13 +5,9 @@ from __future__ import annotations
 import base64
 import html
 import json
-import os
-import tempfile
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 
 from . import palette
@@ -46,34 +42,6 @@ def page(plan: Plan) -> str:
     pieces = _asset("page.html").split("@@")
     # Odd pieces are names; what is filled in is never searched for names again.
     return "".join(parts[p] if k % 2 else p for k, p in enumerate(pieces))
-
-
-def write_page(plan: Plan, path: Path) -> None:
-    """Write the page of ``plan`` to ``path``, whole or not at all.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    write_text(path, page(plan))
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path``, whole or not at all.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    temporary: str | None = None
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:60]}-", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def escaped(text: str) -> str:

@@ -10,13 +10,13 @@ from typing import Final
 
 from gm_ompl.viz.canvas import save, styled
 from gm_ompl.viz.figures import forces_figure
-from gm_ompl.viz.page import write_text
 from gm_ompl.viz.search import search_figure
 from gm_ompl.viz.snapshots import snapshots_figure
 from gm_ompl.viz.story import tell
 
 from gm_ompl import api
 from gm_ompl.app.planning import summary
+from gm_ompl.plan import files
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import silent
 from gm_ompl.planners.trace_file import TraceFile, read_trace
@@ -58,7 +58,7 @@ def build(folder: Path) -> None:
         plan = api.plan(name, time_limit=TIME_LIMIT)
         if plan.steps:
             parts.append("\n".join(_section(name, plan, images)))
-    write_text(folder / "gallery.md", "\n".join(parts))
+    files.write(folder / "gallery.md", "\n".join(parts))
 
 
 def _section(name: str, plan: Plan, images: Path) -> Iterator[str]:

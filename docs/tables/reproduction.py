@@ -14,7 +14,6 @@ from docs.tables.pages import write_page
 from gm_ompl import api
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.study.report import number, table
-from gm_ompl.study.run import facts
 
 PAPER = (
     ("paper/slide", 533, 1007),
@@ -66,7 +65,7 @@ def cork() -> str:
             rows.append((
                 reading, f"{factor * F_MAX:g}", plan.status, _yes(plan.optimal),
                 number(plan.cost, 6), number(plan.regrasps), "; ".join(stages(plan)) or "-",
-                _yes(one_finger_in_force_control(plan)), number(facts(plan)["least_z"]),
+                _yes(one_finger_in_force_control(plan)), number(plan.least_z),
                 _yes(api.check(plan).holds),
             ))  # fmt: skip
     head = (

@@ -20,14 +20,13 @@ from gm_ompl.app.output import note
 from gm_ompl.app.study_verbs import CompareVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.compare import compare, make_tasks, optima
-from gm_ompl.study.executors import make_executor
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import figure, figures, interval, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
-from gm_ompl.study.workers import Executor
+from gm_ompl.study.workers import Executor, make_executor
 
 
 def compare_command(request: CompareVerb) -> Exit:

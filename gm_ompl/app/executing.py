@@ -12,9 +12,8 @@ from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.show_verbs import ExecuteVerb
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import DisturbanceReport, disturb
+from gm_ompl.simulation.disturb import DisturbanceReport, Largest, disturb, largest
 from gm_ompl.simulation.execute import Setup, perform, prepare
-from gm_ompl.simulation.largest import Largest, largest
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import load
 from gm_ompl.simulation.probe import ProbeReport, probe

@@ -12,11 +12,12 @@ from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, writable
 from gm_ompl.app.study_verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
-from gm_ompl.study.executors import make_executor
+from gm_ompl.plan import files
+from gm_ompl.study.report import gain_lines, tuning_html
 from gm_ompl.study.store import Store
 from gm_ompl.study.task import Limits
 from gm_ompl.study.tuning import OBJECTIVES, Design, Tuned, tune
-from gm_ompl.study.tuning_report import gain_lines, tuning_html
+from gm_ompl.study.workers import make_executor
 
 EVERY = 3
 """Where no scenario is held out by name, every third is."""
@@ -42,9 +43,7 @@ def _watch(done: int, wanted: int) -> None:
 
 def _write(request: TuneVerb, output: Path, folder: Path, tuned: Tuned) -> None:
     best = tuned.trials[tuned.best]
-    part = output.with_name(f".{output.name}.part")
-    part.write_text(json.dumps(best.parameters, indent=2) + "\n", encoding="utf-8")
-    part.replace(output)
+    files.write(output, json.dumps(best.parameters, indent=2) + "\n")
     measures = OBJECTIVES[request.objective]
     for name, first, value in zip(measures, tuned.trials[0].values, best.values, strict=True):
         say(f"training, {name}: {first:.4g} with the defaults, {value:.4g} in trial {tuned.best}")

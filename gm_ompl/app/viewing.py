@@ -8,6 +8,7 @@ from pathlib import Path
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, writable
 from gm_ompl.app.show_verbs import ViewVerb
+from gm_ompl.plan import files
 from gm_ompl.plan.model import Plan
 
 
@@ -35,6 +36,6 @@ def view_command(request: ViewVerb) -> Exit:
 
 def write_html(plan: Plan, target: Path) -> None:
     """Write the stand-alone page of ``plan``."""
-    from gm_ompl.viz.page import write_page
+    from gm_ompl.viz.page import page
 
-    write_page(plan, target)
+    files.write(target, page(plan))

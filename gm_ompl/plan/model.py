@@ -201,6 +201,12 @@ class Plan(_Record):
             part for step in self.steps if step.kind == "displacement" for part in step.segments
         )
 
+    @property
+    def least_z(self) -> float | None:
+        """The smallest stability margin; None without a plan."""
+        rests = (step.z for step in self.steps if step.kind == "regrasp")
+        return min((*rests, *(part.z for part in self.segments)), default=None)
+
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""
         return self.model_dump(mode="json", by_alias=True)

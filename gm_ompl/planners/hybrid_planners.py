@@ -15,7 +15,6 @@ from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Move
 from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
-from gm_ompl.planners.hybrid_trace import Growth
 from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -27,7 +26,7 @@ from gm_ompl.planners.planner import (
     Status,
     silent,
 )
-from gm_ompl.planners.trace import tracer
+from gm_ompl.planners.trace import Growth, tracer
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer

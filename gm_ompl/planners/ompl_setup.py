@@ -17,16 +17,18 @@ from gm_ompl.planners.ompl_adapter import PlainPlanner
 from gm_ompl.planners.ompl_table import OMPL_PLANNERS, refuse_unsound
 from gm_ompl.planners.planner import Planner, SearchResult, Status
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
-from gm_ompl.space.convert import Codec
+from gm_ompl.space.callbacks import (
+    DirectedMotions,
+    GoalRegion,
+    NodeValidity,
+    ObjectProjection,
+    PlanCost,
+)
+from gm_ompl.space.convert import Codec, make_space
 from gm_ompl.space.draws import StateDraws
-from gm_ompl.space.goal import GoalRegion
 from gm_ompl.space.guard import Guard
-from gm_ompl.space.layout import make_space
 from gm_ompl.space.motions import Motions
-from gm_ompl.space.objective import PlanCost
 from gm_ompl.space.planner_data import Tree, planner_data, tree_of
-from gm_ompl.space.projection import ObjectProjection
-from gm_ompl.space.validity import DirectedMotions, NodeValidity
 
 GOAL_STATES = 100
 """Goal states that planners may draw; BITstar and FMT take all of them before they begin."""

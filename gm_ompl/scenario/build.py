@@ -27,8 +27,8 @@ from gm_ompl.problem import (
 )
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
+from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import PoseModel, ScenarioModel
-from gm_ompl.scenario.notes import Notes
 from gm_ompl.scenario.shapes import body_of
 
 TOWARDS = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from gm_ompl.errors import InputError, MissingExtraError
@@ -46,17 +45,12 @@ class Film:
         """Begin; the file is made with the first picture."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         """Finish the file and release the renderer."""
         if self._writer is not None:
             self._writer.close()
         if self._camera is not None:
-            self._camera.__exit__(kind, error, trace)
+            self._camera.__exit__(*raised)
 
     def __call__(self, player: Player, instant: int) -> None:
         """Add a picture where one is due.

@@ -56,8 +56,6 @@ def facts(plan: Plan) -> dict[str, Any]:
     spent = plan.statistics
     costs = [(time, cost) for time, cost, _ in spent.history if cost is not None]
     first = costs[0][0] if costs else spent.time_s
-    margins = [part.z for part in plan.segments]
-    margins += [step.z for step in plan.steps if step.kind == "regrasp"]
     return {
         "status": plan.status,
         "cost": plan.cost,
@@ -66,7 +64,7 @@ def facts(plan: Plan) -> dict[str, Any]:
         "first_plan_s": None if plan.cost is None else first,
         "search_s": spent.time_s,
         "regrasps": plan.regrasps,
-        "least_z": min(margins, default=None),
+        "least_z": plan.least_z,
         "mode_decisions": spent.mode_decisions,
         "iterations": spent.expanded,
         "history": [list(entry) for entry in spent.history],
