@@ -20,7 +20,7 @@ MARGIN: Final = 0.35
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class View:
     """An axis-parallel box, world frame.
 
     Attributes:
@@ -43,7 +43,7 @@ class Region:
         return float(np.linalg.norm(self.high - self.low))
 
 
-def neighbourhood(story: Story) -> Region:
+def neighbourhood(story: Story) -> View:
     """Return the region that the object and its fingertips sweep, and a margin."""
     problem = story.problem
     first = story.beats[0].poses[0] if story.beats else story.rest_pose()
@@ -60,14 +60,14 @@ def neighbourhood(story: Story) -> Region:
     low, high = every.min(axis=0) - margin, every.max(axis=0) + margin
     if problem.environment.floor:
         low[2] = 0.0
-    return Region(low, high)
+    return View(low, high)
 
 
 def _pose(row: Array) -> Pose:
     return Pose.from_quaternion(row[:3], row[3:])
 
 
-def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:
+def clipped(piece: ConvexPiece, region: View) -> ConvexPiece | None:
     """Return the part of ``piece`` inside ``region``; None where they do not overlap.
 
     A corner of the part is either on a clipped face of the piece or a corner of the region.
@@ -86,7 +86,7 @@ def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:
         return None
 
 
-def _cut(polygon: Array, region: Region) -> Array:
+def _cut(polygon: Array, region: View) -> Array:
     """Return the polygon (k, 3) cut to the region, half space by half space."""
     for axis in range(3):
         for sign, limit in ((1.0, region.high[axis]), (-1.0, -region.low[axis])):

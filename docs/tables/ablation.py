@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from docs.tables.measure import Measurement, measure
+from docs.tables.measure import Measured, measure
 from docs.tables.pages import write_page
 from gm_ompl.study.report import number, table
 
@@ -96,7 +96,7 @@ def held_out() -> Iterator[str]:
             yield table(head, rows)
 
 
-def slope(points: Sequence[tuple[int, Measurement]], what: str) -> float:
+def slope(points: Sequence[tuple[int, Measured]], what: str) -> float:
     """Return the exponent p of ``what`` ~ x^p, least squares in logarithms."""
     x = np.log([float(value) for value, _ in points])
     y = np.log([max(float(getattr(found, what)), 1e-9) for _, found in points])

@@ -32,7 +32,7 @@ PLANNERS = (EXACT, "HybridRRT", "HybridRRTConnect", "HybridRRTstar",
 
 
 @dataclass(frozen=True)
-class Design:
+class Comparison:
     """What is compared.
 
     Attributes:
@@ -52,7 +52,7 @@ class Design:
     reference_limit: float = 120.0
 
 
-def runs(design: Design) -> tuple[Task, ...]:
+def runs(design: Comparison) -> tuple[Task, ...]:
     """Return the runs that the tables show, a seed at a time.
 
     Raises:
@@ -69,7 +69,7 @@ def runs(design: Design) -> tuple[Task, ...]:
     return tuple(sorted((*single, *drawn), key=lambda task: task.seed))
 
 
-def references(design: Design, tasks: Sequence[Task]) -> tuple[Task, ...]:
+def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return a longer run of the exact planner on every scenario of the tasks."""
     limits = Limits(design.reference_limit)
     exact = {task.scenario_key: task for task in tasks if task.planner == EXACT}
@@ -110,15 +110,15 @@ def _cell(row: Difference) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing and write the tables into the page."""
-    return produce("comparison", Design(), arguments, lambda _design, page, shown, best:
+    return produce("comparison", Comparison(), arguments, lambda _design, page, shown, best:
                    write_tables(page, tables(shown, best)))  # fmt: skip
 
 
-Write: TypeAlias = Callable[[Design, Path, Sequence[Record], Mapping[str, float]], None]
+Write: TypeAlias = Callable[[Comparison, Path, Sequence[Record], Mapping[str, float]], None]
 """Writes a page from its runs and the proven optima by scenario key."""
 
 
-def produce(name: str, design: Design, arguments: Sequence[str] | None, write: Write) -> int:
+def produce(name: str, design: Comparison, arguments: Sequence[str] | None, write: Write) -> int:
     """Make the runs of a page that are missing and have it written; return the exit code.
 
     Args:
@@ -136,7 +136,7 @@ def produce(name: str, design: Design, arguments: Sequence[str] | None, write: W
         parser.add_argument(f"--{option.replace('_', '-')}", default=value, **many)
     options = vars(parser.parse_args(arguments))
     path, page, stored_only = (options.pop(key) for key in ("store", "page", "tables_only"))
-    asked = Design(**options)
+    asked = Comparison(**options)
     try:
         if not page.is_file():  # said before hours of runs, not after
             raise InputError(f"--page {page}: no such file; copy docs/{page.name} with its marks")
@@ -148,7 +148,7 @@ def produce(name: str, design: Design, arguments: Sequence[str] | None, write: W
 
 
 def _runs(
-    design: Design, path: Path, stored_only: bool
+    design: Comparison, path: Path, stored_only: bool
 ) -> tuple[tuple[Record, ...], dict[str, float]]:
     """Return the runs that a page shows and the proven optima by scenario key.
 

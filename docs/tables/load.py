@@ -20,10 +20,11 @@ from pathlib import Path
 
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError
+from gm_ompl.study.cluster import LOCAL, make_executor
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits
-from gm_ompl.study.workers import LOCAL, Executor, LocalExecutor, cores, make_executor
+from gm_ompl.study.workers import Executor, LocalExecutor, cores
 
 PLANNER = "HybridRRTstar"
 
@@ -50,41 +51,19 @@ class Load:
     runs_cpu_s: float
     others_cpu_s: float
 
-    @property
-    def occupied(self) -> float:
-        """Share of the workers' time during which they had a run in hand."""
-        return self.in_hand_s / (self.workers * self.elapsed_s)
-
-    @property
-    def busy(self) -> float:
-        """Share of the workers' time during which the processor worked for a run."""
-        return self.runs_cpu_s / (self.workers * self.elapsed_s)
-
-    @property
-    def overhead(self) -> float:
-        """Share of the workers' time during which they had no run in hand."""
-        return 1.0 - self.occupied
-
-    @property
-    def around(self) -> float:
-        """Share of the runs' time outside their searches: scenario, steady control, plan."""
-        return 1.0 - self.search_s / self.in_hand_s
-
-    @property
-    def cpu_overhead(self) -> float:
-        """Share of all processor time that was not the runs'."""
-        return self.others_cpu_s / (self.runs_cpu_s + self.others_cpu_s)
-
     def lines(self) -> tuple[str, ...]:
         """Return the figures in words."""
+        offered = self.workers * self.elapsed_s
+        occupied, others = self.in_hand_s / offered, self.others_cpu_s
         return (
             f"{self.runs} runs on {self.workers} workers in {self.elapsed_s:.1f} s",
-            f"workers had a run in hand {self.occupied:.1%} of the time",
-            f"workers' cores computed for a run {self.busy:.1%} of the time",
-            f"overhead, wall time: {self.overhead:.1%} without a run in hand, warming up included",
-            f"overhead, processor time: {self.cpu_overhead:.1%} not in runs, "
-            f"{1e3 * self.others_cpu_s / self.runs:.1f} ms per run, warming up included",
-            f"of its time a run spent {self.around:.1%} outside its search",
+            f"workers had a run in hand {occupied:.1%} of the time",
+            f"workers' cores computed for a run {self.runs_cpu_s / offered:.1%} of the time",
+            f"overhead, wall time: {1.0 - occupied:.1%} without a run in hand, warming up included",
+            f"overhead, processor time: {others / (self.runs_cpu_s + others):.1%} not in runs, "
+            f"{1e3 * others / self.runs:.1f} ms per run, warming up included",
+            f"of its time a run spent {1.0 - self.search_s / self.in_hand_s:.1%} outside its "
+            "search",
         )
 
 

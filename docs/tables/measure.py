@@ -17,7 +17,7 @@ from gm_ompl.study.report import number
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Measured:
     """What one search cost.
 
     Attributes:
@@ -49,7 +49,7 @@ class Measurement:
         ]
 
 
-def measure(scenario: str, **options: Any) -> Measurement:
+def measure(scenario: str, **options: Any) -> Measured:
     """Return what ``measured`` returns, from a new process."""
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
         return process.submit(measured, scenario, **options).result()
@@ -62,7 +62,7 @@ def measured(
     overrides: Sequence[str] = (),
     time_limit: float | None = None,
     repeat: bool = True,
-) -> Measurement:
+) -> Measured:
     """Measure a search in this process.
 
     Args:
@@ -77,7 +77,7 @@ def measured(
         started = time.process_time()
         plan = api.plan(loaded, time_limit=time_limit, parameters={"heuristic": heuristic})
         seconds = time.process_time() - started
-    return Measurement(
+    return Measured(
         status=plan.status,
         optimal=plan.optimal,
         cost=plan.cost,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from gm_ompl.viz.canvas import save, styled
 
-from docs.tables.comparison import Design, produce
+from docs.tables.comparison import Comparison, produce
 from docs.tables.pages import write_tables
 from docs.tables.pictures import progress_figure
 from gm_ompl.planners.registry import PLANNERS
@@ -23,7 +23,7 @@ from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success
 from gm_ompl.study.store import Record
 from gm_ompl.study.summary import first_times, grouped, ratios
 
-DESIGN = Design(
+DESIGN = Comparison(
     single=("paper/slide", "paper/push", "paper/tumble", "paper/regrasp"),
     families=(),
     planners=tuple(name for name in PLANNERS if name != "dijkstra"),
@@ -88,7 +88,9 @@ def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, pict
         save(progress_figure(panels, end, COLOURS), picture)
 
 
-def write(design: Design, page: Path, shown: Sequence[Record], best: Mapping[str, float]) -> None:
+def write(
+    design: Comparison, page: Path, shown: Sequence[Record], best: Mapping[str, float]
+) -> None:
     """Write the table into the page, and the picture beside it."""
     write_tables(page, {"rates": rates(shown, best)})
     draw(curves(shown, best, design.time_limit), design.time_limit, page.parent / PICTURE)

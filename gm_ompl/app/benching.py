@@ -6,20 +6,16 @@ from collections.abc import Iterator
 from typing import Any
 
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note, say, say_json
 from gm_ompl.app.study_verbs import BenchVerb
-from gm_ompl.errors import InputError
 from gm_ompl.study.bench import SCENARIOS, bench
 from gm_ompl.study.report import number, table
 
 
 def bench_command(request: BenchVerb) -> Exit:
     """Measure, show the result."""
-    for name, value in (("--repeat", request.repeat), ("--highs", request.highs)):
-        if value < 1:
-            raise InputError(f"{name}: {value}: must be a whole number >= 1")
-    if not request.search_limit > 0:
-        raise InputError(f"--search-limit: {request.search_limit}: must be a positive time [s]")
+    require_positive(repeat=request.repeat, highs=request.highs, search_limit=request.search_limit)
     found = bench(
         request.scenario or SCENARIOS, request.overrides or (), note, repeat=request.repeat,
         highs=request.highs, search_limit=request.search_limit,

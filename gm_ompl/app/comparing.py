@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from itertools import groupby
@@ -16,9 +15,11 @@ from rich.text import Text
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note
 from gm_ompl.app.study_verbs import CompareVerb
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
@@ -26,7 +27,7 @@ from gm_ompl.study.report import figure, figures, interval, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
-from gm_ompl.study.workers import Executor, make_executor
+from gm_ompl.study.workers import Executor
 
 
 def compare_command(request: CompareVerb) -> Exit:
@@ -60,12 +61,11 @@ def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     Raises:
         InputError: an option's value is wrong.
     """
-    for option, value in (
-        ("--time-limit", request.time_limit), ("--memory-limit", request.memory_limit),
-        ("--max-iterations", request.max_iterations),
-    ):  # fmt: skip
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"{option} {value}: must be a positive number")
+    require_positive(
+        time_limit=request.time_limit,
+        memory_limit=request.memory_limit,
+        max_iterations=request.max_iterations,
+    )
     planners = [name.strip() for name in request.planners.split(",") if name.strip()]
     limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
     return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,

@@ -55,13 +55,13 @@ def options(
 
 
 VERBS = {
-    "list": (plan_verbs.ListVerb, ".listing:list_command"),
+    "list": (plan_verbs.ListVerb, ".showing:list_command"),
     "plan": (plan_verbs.PlanVerb, ".planning:plan_command"),
     "explain": (plan_verbs.ExplainVerb, ".explaining:explain_command"),
-    "check": (plan_verbs.CheckVerb, ".checking:check_command"),
-    "view": (show_verbs.ViewVerb, ".viewing:view_command"),
-    "plot": (show_verbs.PlotVerb, ".plotting:plot_command"),
-    "export": (show_verbs.ExportVerb, ".exporting:export_command"),
+    "check": (plan_verbs.CheckVerb, ".showing:check_command"),
+    "view": (show_verbs.ViewVerb, ".showing:view_command"),
+    "plot": (show_verbs.PlotVerb, ".showing:plot_command"),
+    "export": (show_verbs.ExportVerb, ".showing:export_command"),
     "execute": (show_verbs.ExecuteVerb, ".executing:execute_command"),
     "compare": (study_verbs.CompareVerb, ".comparing:compare_command"),
     "tune": (study_verbs.TuneVerb, ".tuning:tune_command"),

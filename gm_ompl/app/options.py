@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import inspect
+import math
 from collections.abc import Callable
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from gm_ompl.app.exits import Exit, guarded
+from gm_ompl.errors import InputError
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
@@ -34,6 +36,23 @@ Executor = Annotated[
 Speed = Annotated[
     float, typer.Option(metavar="V", help="The fastest vertex's speed, object sizes per s.")
 ]
+
+
+def require(holds: bool, option: str, value: object, wanted: str) -> None:
+    """Refuse an option's value.
+
+    Raises:
+        InputError: it does not hold; the message names option, value and what would be right.
+    """
+    if not holds:
+        raise InputError(f"{option} {value}: must be {wanted}")
+
+
+def require_positive(**limits: float | None) -> None:
+    """Refuse limits that are given and are not positive numbers; named as the options are."""
+    for name, value in limits.items():
+        holds = value is None or (math.isfinite(value) and value > 0)
+        require(holds, f"--{name.replace('_', '-')}", value, "a positive number")
 
 
 def command(options: type[Any], handler: str) -> Callable[..., None]:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
 from contextlib import closing
 from pathlib import Path
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note, say, writable
 from gm_ompl.app.study_verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.plan import files
+from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.report import gain_lines, tuning_html
 from gm_ompl.study.store import Store
 from gm_ompl.study.task import Limits
 from gm_ompl.study.tuning import OBJECTIVES, Design, Tuned, tune
-from gm_ompl.study.workers import make_executor
 
 EVERY = 3
 """Where no scenario is held out by name, every third is."""
@@ -68,10 +68,7 @@ def _design(request: TuneVerb) -> Design:
     """
     if request.objective not in OBJECTIVES:
         raise InputError(f"--objective {request.objective}: must be one of {', '.join(OBJECTIVES)}")
-    for option, limit in (("--time-limit", request.time_limit),
-                          ("--max-iterations", request.max_iterations)):  # fmt: skip
-        if limit is not None and not (math.isfinite(limit) and limit > 0):
-            raise InputError(f"{option} {limit}: must be a positive number")
+    require_positive(time_limit=request.time_limit, max_iterations=request.max_iterations)
     names, held = list(request.scenarios), list(request.hold_out or ())
     if not held:
         held = names[EVERY - 1 :: EVERY]

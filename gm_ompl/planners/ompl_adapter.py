@@ -26,7 +26,7 @@ from gm_ompl.sampling.motions import ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
 from gm_ompl.space.convert import Codec
 from gm_ompl.space.guard import Guard
-from gm_ompl.space.planner_data import Tree
+from gm_ompl.space.planner_data import Explored
 
 _ENDS = {
     Status.SOLVED: "EXACT_SOLUTION",
@@ -54,7 +54,7 @@ class Grown:
         if isinstance(event, Vertex):
             self._vertices[event.number] = event
 
-    def tree(self, model: ContinuousModel, start: HybridState, moves: Sequence[Move]) -> Tree:
+    def tree(self, model: ContinuousModel, start: HybridState, moves: Sequence[Move]) -> Explored:
         """Return the trees and the plan as one graph, each state once, edges as executed.
 
         Args:
@@ -81,7 +81,7 @@ class Grown:
         for before, after in itertools.pairwise([start, *states_along(moves)]):
             edges[number(before), number(after)] = None
         edges.pop((0, 0), None)  # where the start's placements are given, it is a root itself
-        return Tree(
+        return Explored(
             states=tuple(numbers),
             edges=tuple(edges),
             starts=frozenset([0]),
@@ -166,7 +166,7 @@ class PlainPlanner(ob.Planner):
             path.append(state)  # a copy
         pdef.addSolutionPath(path, False, 0.0, self.getName())
 
-    def tree(self) -> Tree:
+    def tree(self) -> Explored:
         """Return what the last search explored; of a search on the lattice, its plan.
 
         Not an override of ``getPlannerData``: called from C++, that would end the process.

@@ -30,7 +30,7 @@ from gm_ompl.problem import Problem
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
 from gm_ompl.space.motions import Motions
-from gm_ompl.space.planner_data import Tree
+from gm_ompl.space.planner_data import Explored
 
 _NO_MOVES: tuple[Move, ...] = ()
 
@@ -199,7 +199,7 @@ def _shown(state: HybridState) -> str:
     return f"(q = {list(state.q)}, placements {list(state.placements)})"
 
 
-def tell(tree: Tree, motions: Motions, trace: Trace) -> None:
+def tell(tree: Explored, motions: Motions, trace: Trace) -> None:
     """Tell ``trace`` of what one of OMPL's planners explored.
 
     A motion is told as what it consists of: a vertex after each regrasp, one at its end.
@@ -219,7 +219,7 @@ def tell(tree: Tree, motions: Motions, trace: Trace) -> None:
                 parent = vertices.reached(root, state, parent)
 
 
-def _outward(tree: Tree, root: str) -> Iterator[tuple[int, int]]:
+def _outward(tree: Explored, root: str) -> Iterator[tuple[int, int]]:
     """Yield (known, new vertex) from the roots of one of the trees to its leaves; roots first."""
     backward = root == "goal"
     onward = defaultdict[int, list[int]](list)

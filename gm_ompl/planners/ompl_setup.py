@@ -28,7 +28,7 @@ from gm_ompl.space.convert import Codec, make_space
 from gm_ompl.space.draws import StateDraws
 from gm_ompl.space.guard import Guard
 from gm_ompl.space.motions import Motions
-from gm_ompl.space.planner_data import Tree, planner_data, tree_of
+from gm_ompl.space.planner_data import Explored, planner_data, tree_of
 
 GOAL_STATES = 100
 """Goal states that planners may draw; BITstar and FMT take all of them before they begin."""
@@ -175,7 +175,7 @@ class HybridSetup(og.SimpleSetup):
         path = og.PathGeometric(self.getSolutionPath())
         return [self.codec.read(path.getState(k)) for k in range(path.getStateCount())]
 
-    def explored(self) -> Tree:
+    def explored(self) -> Explored:
         """Return what the planner explored, in gm_ompl's own terms."""
         planner = self.getPlanner()
         if isinstance(planner, PlainPlanner):

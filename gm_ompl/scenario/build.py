@@ -62,29 +62,24 @@ def build_problem(model: ScenarioModel, document: Document) -> Problem:
     assert fingers is not None
     lattice = _lattice(model, motion)
     _check_size(model, lattice, fingers, notes)
-    environment = Environment(
-        floor=model.environment.floor,
-        obstacles=obstacles,
-        friction=model.friction.environment,
-        patch_points=model.mechanics.patch_points or 0,
-    )
     problem = Problem(
         name=model.name,
         body=body,
         mass=model.object.mass,
         inertia=inertia,
-        environment=environment,
+        environment=Environment(
+            floor=model.environment.floor,
+            obstacles=obstacles,
+            friction=model.friction.environment,
+            patch_points=model.mechanics.patch_points or 0,
+        ),
         fingers=fingers,
         motion=motion,
         lattice=lattice,
         start=start,
         goal=goal,
         mechanics=_mechanics(model),
-        cost=CostSettings(
-            regrasp=model.cost.regrasp,
-            stability=model.cost.stability,
-            samples_per_arc=model.cost.samples_per_arc,
-        ),
+        cost=CostSettings(**model.cost.model_dump()),
     )
     _check_poses(problem, notes)
     notes.stop()

@@ -16,7 +16,7 @@ START_TAG, GOAL_TAG = 1, 2
 
 
 @dataclass(frozen=True)
-class Tree:
+class Explored:
     """What a planner explored; with two trees, both and what joins them.
 
     Attributes:
@@ -34,10 +34,10 @@ class Tree:
     backward: frozenset[int] = frozenset()
 
 
-def tree_of(data: Any, codec: Codec) -> Tree:
+def tree_of(data: Any, codec: Codec) -> Explored:
     """Return what OMPL's ``data`` holds; its planner must not have been cleared."""
     count = data.numVertices()
-    return Tree(
+    return Explored(
         states=tuple(codec.read(data.getVertex(k).getState()) for k in range(count)),
         edges=tuple((k, int(other)) for k in range(count) for other in data.getEdges(k)),
         starts=frozenset(k for k in range(count) if data.isStartVertex(k)),
@@ -46,7 +46,7 @@ def tree_of(data: Any, codec: Codec) -> Tree:
     )
 
 
-def planner_data(si: Any, codec: Codec, motions: Motions, tree: Tree) -> Any:
+def planner_data(si: Any, codec: Codec, motions: Motions, tree: Explored) -> Any:
     """Return ``tree`` as OMPL's ``PlannerData``, each edge weighted by Eqs. (9) and (10)."""
     data = ob.PlannerData(si)
     kept = []  # vertices are known by their states' addresses until they are decoupled

@@ -63,7 +63,7 @@ def bench(
         search_limit: wall time of a search [s].
     """
     note("start-up")
-    start = startup(scenarios[0], overrides, repeat)
+    start: Json = startup(scenarios[0], overrides, repeat)
     pool: dict[str, Times] = {search: defaultdict(list) for search in SEARCHES}
     decisions, plans = [], []
     for name in scenarios:
@@ -77,30 +77,27 @@ def bench(
             for way, values in times.items():
                 pool[search][way] += values
             decisions.append(_decision_row(name, search, len(one.asked), times))
+        row = _plan_row(name, problem, repeat, search_limit)
+        plain = _plain(found["dijkstra"], statistics.fmean(mean) if mean else None)
         plans.append({
-            **_plan_row(name, problem, repeat, search_limit),
-            **_plain(found["dijkstra"], statistics.fmean(mean) if mean else None),
+            **row, **plain,
+            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
             "batch_gain": batch_gain(found["dijkstra"], DRAWN, repeat),
             "profile": profiled(problem, search_limit),
             "peak_mb": _spent(_plan(name, overrides))[1],
         })  # fmt: skip
-        plain_s = plans[-1]["plain_s"]
-        plans[-1]["ratio"] = None if plain_s is None else plain_s / plans[-1]["seconds"]
+    decisions += [_decision_row("all", search, None, times) for search, times in pool.items()]
+    start = {**start, "scenario": scenarios[0]}
+    return {"machine": _machine(), "decisions": decisions, "plans": plans, "start": start}
+
+
+def _machine() -> Json:
     return {
-        "machine": {
-            "python": platform.python_version(),
-            "platform": platform.platform(),
-            "cores": os.cpu_count(),
-            "load": os.getloadavg()[0],
-        },
-        "decisions": decisions + [_decision_row("all", *row) for row in _pooled(pool)],
-        "plans": plans,
-        "start": {**start, "scenario": scenarios[0]},
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cores": os.cpu_count(),
+        "load": os.getloadavg()[0],
     }
-
-
-def _pooled(pool: dict[str, Times]) -> list[tuple[str, None, Times]]:
-    return [(search, None, times) for search, times in pool.items()]
 
 
 def _decision_row(name: str, search: str, asked: int | None, times: Times) -> Json:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
@@ -52,22 +52,26 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
         MissingExtraError: plotly is not installed.
     """
     go = plotly()
-    parts = [
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Comparison of planners</title><style>{_STYLE}</style></head><body>",
-        "<h1>Comparison of planners</h1>",
+    parts: list[Any] = [
         _summary_table(summarise(records, optima)),
         _difference_table(differences(records, optima)),
     ]
-    library: bool = True  # the page holds plotly once, before its first chart
     for scenario, planners in grouped(records).items():
-        parts.append(f"<h2>{html.escape(scenario)}</h2>")
-        for figure in _charts(go, planners, optima):
-            parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
-            library = False
-    for figure in _scaling(go, records):
-        parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
-    return "\n".join([*parts, "</body></html>\n"])
+        parts += [f"<h2>{html.escape(scenario)}</h2>", *_charts(go, planners, optima)]
+    return _page("Comparison of planners", [*parts, *_scaling(go, records)])
+
+
+def _page(title: str, parts: Iterable[Any]) -> str:
+    """Return a page of HTML and charts; it holds plotly once, before its first chart."""
+    library, body = True, []
+    for part in parts:
+        if not isinstance(part, str):
+            part, library = part.to_html(full_html=False, include_plotlyjs=library), False
+        body.append(part)
+    name = html.escape(title)
+    head = f"<head><meta charset='utf-8'><title>{name}</title><style>{_STYLE}</style></head>"
+    top = f"<!doctype html><html lang='en'>{head}<body><h1>{name}</h1>"
+    return "\n".join([top, *body, "</body></html>\n"])
 
 
 def plotly(extra: str = "plot") -> ModuleType:
@@ -240,18 +244,8 @@ def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
     Raises:
         MissingExtraError: plotly is not installed.
     """
-    go = plotly("tune")
-    name = html.escape(title)
-    parts = [
-        f"<!doctype html><html lang='en'><head><meta charset='utf-8'><title>{name}</title></head>",
-        f"<body style='font: 15px/1.5 system-ui, sans-serif; margin: 2em'><h1>{name}</h1>",
-        *(f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)),
-    ]
-    library: bool = True
-    for figure in _figures(go, tuned, measures):
-        parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
-        library = False
-    return "\n".join([*parts, "</body></html>\n"])
+    lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
+    return _page(title, [*lines, *_figures(plotly("tune"), tuned, measures)])
 
 
 def gain_lines(tuned: Tuned) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Where runs are made: on this machine by a server that runs are forked from, or on a cluster."""
+"""Runs on this machine: feeds the server that runs are forked from, and starts it anew."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import IO, Any, Protocol, TypeAlias, final
 
-from gm_ompl.errors import GmOmplError, InputError
+from gm_ompl.errors import GmOmplError
 from gm_ompl.study.task import Task
 
 ATTEMPTS = 5
@@ -150,22 +150,3 @@ class LocalExecutor:
 def _send(requests: IO[bytes], request: dict[str, Any]) -> None:
     requests.write(json.dumps(request).encode() + b"\n")
     requests.flush()
-
-
-LOCAL, DASK = "local", "dask://"
-
-
-def make_executor(where: str) -> Executor:
-    """Return the executor called ``where``.
-
-    Raises:
-        InputError: it is neither ``local`` nor ``dask://ADDRESS``, or there is no cluster there.
-        MissingExtraError: dask.distributed is not installed.
-    """
-    if where == LOCAL:
-        return LocalExecutor()
-    if where.startswith(DASK) and len(where) > len(DASK):
-        from gm_ompl.study.cluster import DaskExecutor
-
-        return DaskExecutor(where.removeprefix(DASK))
-    raise InputError(f"--executor {where}: must be {LOCAL} or {DASK}HOST:PORT")

@@ -8,7 +8,7 @@ import pytest
 
 import gm_ompl
 from docs.tables import ablation, reproduction
-from docs.tables.measure import Measurement, graph_nodes, measure
+from docs.tables.measure import Measured, graph_nodes, measure
 from docs.tables.pages import write_tables
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
@@ -41,7 +41,7 @@ def test_a_measurement_is_that_of_the_planner() -> None:
 
 def test_exponents_are_those_of_power_laws() -> None:
     """x^2 in time and a constant in memory give 2 and 0."""
-    points = [(x, Measurement("solved", True, 1.0, x, x, 3.0 * x**2, 100.0, x)) for x in (2, 5, 9)]
+    points = [(x, Measured("solved", True, 1.0, x, x, 3.0 * x**2, 100.0, x)) for x in (2, 5, 9)]
     assert ablation.slope(points, "seconds") == pytest.approx(2.0)
     assert ablation.slope(points, "megabytes") == pytest.approx(0.0, abs=1e-12)
 
