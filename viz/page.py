@@ -9,6 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from gm_ompl.plan.model import Plan
+from gm_ompl.planners.planner import Status
 
 from . import palette
 from .charts import Band, bands
@@ -76,17 +77,10 @@ def _colours() -> str:
     return " ".join(pairs)
 
 
-_STATUS = {
-    "infeasible": "proven infeasible: there is no plan on this lattice",
-    "budget": "no plan: the budget was spent first",
-    "interrupted": "no plan: the search was interrupted",
-}
-
-
 def _summary(story: Story) -> str:
     plan = story.plan
     if plan.cost is None:
-        facts = [_STATUS.get(plan.status, plan.status)]
+        facts = [Status(plan.status).sentence]
     else:
         facts = [
             f"cost {plan.cost:.6g}" + (" (proven optimal)" if plan.optimal else ""),

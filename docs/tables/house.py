@@ -72,7 +72,9 @@ def room(module: str) -> str:
 def floors(trees: Trees) -> tuple[list[str], list[set[str]], list[set[str]]]:
     """Return the longest chain of rooms, and the circles of rooms and of files."""
     files = nx.DiGraph(
-        (a, b) for a, b in imports(trees) if a.startswith("gm_ompl.") and b.startswith("gm_ompl.")
+        (a, b)
+        for a, b in imports(trees)
+        if a.startswith("gm_ompl.") and b.startswith("gm_ompl.") and room(a) != "__main__"
     )
     rooms = nx.DiGraph((room(a), room(b)) for a, b in files.edges if room(a) != room(b))
     whole = nx.condensation(rooms)

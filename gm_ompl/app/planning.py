@@ -15,7 +15,7 @@ from gm_ompl.app.progress import ProgressLine
 from gm_ompl.app.showing import write_html
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
-from gm_ompl.planners.planner import Report
+from gm_ompl.planners.planner import Report, Status
 from gm_ompl.planners.trace_file import TraceFile
 from gm_ompl.scenario.scenario import Scenario
 
@@ -110,18 +110,11 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
     return parameters
 
 
-_SENTENCES = {
-    "infeasible": "proven infeasible: no plan exists on this lattice",
-    "budget": "budget spent before a plan was found",
-    "interrupted": "interrupted before a plan was found",
-}
-
-
 def summary(plan: Plan) -> Iterator[str]:
     """Yield the plan as a few lines for people."""
     name = plan.scenario.get("name", "scenario")
     if plan.cost is None:
-        yield f"{name}: {_SENTENCES[plan.status]}"
+        yield f"{name}: {Status(plan.status).sentence}"
     else:
         quality = "proven optimal" if plan.optimal else "not proven optimal"
         yield f"{name}: solved by {plan.planner}, {quality}"

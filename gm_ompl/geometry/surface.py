@@ -147,14 +147,6 @@ def face_labels(body: Body) -> tuple[str, ...]:
     return tuple(str(k) for k in range(count))
 
 
-def bounding_rectangle(piece: ConvexPiece, face: int) -> Rectangle:
-    """Return the rectangle of least area around a face with a side along one of its edges.
-
-    Among equal areas the one whose first side is closest to x wins, then y, then z.
-    """
-    return _rectangle(piece.vertices[list(piece.faces[face])], piece.face_normals[face])
-
-
 def _rectangle(corners: Array, normal: Array) -> Rectangle:
     """Return the least rectangle around a convex ring of corners (k, 3)."""
     edges = np.roll(corners, -1, axis=0) - corners

@@ -11,7 +11,7 @@ from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.hybrid_planners import HybridRRT, HybridRRTConnect, HybridRRTstar
 from gm_ompl.planners.lattice_astar import AStar, Dijkstra
-from gm_ompl.planners.ompl_table import OMPL_PLANNERS, UNSOUND, Row
+from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Row
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -47,7 +47,7 @@ def _ompl_planner(called: str, row: Row) -> type[Planner]:
             A planner that improves its plan stops at the first one where ``budget`` has neither
             a time limit nor an iteration limit.
             """
-            from gm_ompl.planners.ompl_run import run  # loads OMPL
+            from gm_ompl.planners.ompl.run import run  # loads OMPL
 
             return run(self, judge, budget, rng, report)
 

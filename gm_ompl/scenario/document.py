@@ -104,24 +104,24 @@ def parse(text: str, label: str) -> Document:
         mark = error.problem_mark or error.context_mark
         place = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
         raise ScenarioError(
-            [f"{label}:{place}: not valid YAML: {error.problem or error.context}"]
+            f"{label}:{place}: not valid YAML: {error.problem or error.context}"
         ) from None
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
-        raise ScenarioError([f"{label}:1:1: not valid YAML text: {reason}"]) from None
+        raise ScenarioError(f"{label}:1:1: not valid YAML text: {reason}") from None
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if node is None:
-        raise ScenarioError([f"{label}:1:1: the file is empty; expected a scenario (YAML)"])
+        raise ScenarioError(f"{label}:1:1: the file is empty; expected a scenario (YAML)")
     document = Document(label)
     if not isinstance(node, yaml.MappingNode):
         raise ScenarioError(
-            [f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"]
+            f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"
         )
     try:
         document.tree = _Builder(document).build(node, (), ())
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if document.problems:
         raise ScenarioError(document.problems)
     return document
@@ -142,7 +142,7 @@ class _Builder:
         self.count += 1
         if self.count > MAX_VALUES:
             raise ScenarioError(
-                [f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"]
+                f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"
             )
         self.document.places.setdefault(path, _mark(node))
         if id(node) in above:

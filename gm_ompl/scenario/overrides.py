@@ -30,9 +30,7 @@ def _apply(document: Document, text: str) -> None:
     key, equals, value_text = text.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts):
-        raise ScenarioError(
-            [f"{place}: expected KEY=VALUE, for example fingers.max_normal_force=5"]
-        )
+        raise ScenarioError(f"{place}: expected KEY=VALUE, for example fingers.max_normal_force=5")
     value = _value(place, value_text)
     target, path = _target(document, parts, place)
     last = _index(target, parts[-1], path, place)
@@ -48,9 +46,9 @@ def _value(place: str, text: str) -> object:
     try:
         wrapped: Any = parse("value: " + text.strip(), place).tree
     except ScenarioError:
-        raise ScenarioError([f"{place}: the value is not valid YAML"]) from None
+        raise ScenarioError(f"{place}: the value is not valid YAML") from None
     if set(wrapped) != {"value"}:
-        raise ScenarioError([f"{place}: the value is not one YAML value"])
+        raise ScenarioError(f"{place}: the value is not one YAML value")
     return wrapped["value"]
 
 
@@ -76,7 +74,7 @@ def _index(target: Any, part: str, path: Path, place: str) -> str | int:
         if part.isascii() and part.isdigit() and int(part) < len(target):
             return int(part)
         items = f"items are 0 to {len(target) - 1}" if target else "it is empty"
-        raise ScenarioError([f"{place}: {name} is a list; no item {part!r}, {items}"])
+        raise ScenarioError(f"{place}: {name} is a list; no item {part!r}, {items}")
     raise ScenarioError(
-        [f"{place}: {name} is {shown(target)}; it has no keys or items, set it as a whole"]
+        f"{place}: {name} is {shown(target)}; it has no keys or items, set it as a whole"
     )

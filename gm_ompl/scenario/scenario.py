@@ -57,7 +57,7 @@ class Scenario:
             ScenarioError: one line per mistake.
         """
         if not isinstance(tree, Mapping):
-            raise ScenarioError([f"{label}: expected a mapping of keys (format:, name:, ...)"])
+            raise ScenarioError(f"{label}: expected a mapping of keys (format:, name:, ...)")
         return cls.from_document(Document(label, dict(tree)))
 
     @property
@@ -133,8 +133,3 @@ def _sections(tree: Mapping[str, Any], valid: set[str]) -> ScenarioModel:
         if key in valid and key in tree
     }
     return ScenarioModel.model_construct(**values)
-
-
-def build(scenario: Scenario) -> Problem:
-    """Return what the planners see of ``scenario``."""
-    return scenario.problem

@@ -13,9 +13,6 @@ from gm_ompl.errors import InputError
 
 History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
 
-FOUND = ("solved", "interrupted")
-"""Statuses under which a run may have a plan."""
-
 
 @dataclass(frozen=True)
 class Record:

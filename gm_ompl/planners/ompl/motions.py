@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import TypeAlias, final
 
@@ -13,7 +14,7 @@ from gm_ompl.sampling.lines import coarse_to_fine, extents
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
 REMEMBERED = 200_000
-"""Motions kept; beyond, all are dropped and expanded again on demand."""
+"""Motions kept, the latest asked for; others are expanded again on demand."""
 
 NEAR_NODE = 1e-6
 """A motion that ends this close to a lattice node, relative to the range, is not divided there."""
@@ -40,8 +41,8 @@ class Motions:
         self.model, self.start = model, start
         self.asked = self.valid = 0
         self.proven: dict[Placements, None] = {}
-        self._arcs: dict[tuple[Coordinates, Coordinates, Placements], Moves | None] = {}
-        self._known: dict[tuple[HybridState, HybridState], Moves | None] = {}
+        self._arc = lru_cache(REMEMBERED)(model.displacement)
+        self._known = lru_cache(REMEMBERED)(self._judged)
 
     def state_valid(self, state: HybridState) -> bool:
         """Whether nothing penetrates; without all placements, whether it is the start state."""
@@ -51,14 +52,12 @@ class Motions:
 
     def expand(self, origin: HybridState, target: HybridState) -> Moves | None:
         """Return the moves from ``origin`` to ``target``, or None where one is infeasible."""
-        key = (origin, target)
-        if key in self._known:
-            return self._known[key]
+        return self._known(origin, target)
+
+    def _judged(self, origin: HybridState, target: HybridState) -> Moves | None:
+        """Expand a motion that is not remembered, and count it."""
         self.asked += 1
         moves = self._expand(origin, target)
-        if len(self._known) >= REMEMBERED:
-            self._known.clear()
-        self._known[key] = moves
         if moves is not None:
             self.valid += 1
             if origin.q != target.q:
@@ -88,14 +87,6 @@ class Motions:
                 return None
             found_arcs[k] = arc
         return (*regrasps, *(move for k in range(len(arcs)) for move in found_arcs[k]))
-
-    def _arc(self, start: Coordinates, end: Coordinates, placements: Placements) -> Moves | None:
-        key = (start, end, placements)
-        if key not in self._arcs:
-            if len(self._arcs) >= REMEMBERED:
-                self._arcs.clear()
-            self._arcs[key] = self.model.displacement(start, end, placements)
-        return self._arcs[key]
 
 
 def waypoints(problem: Problem, start: Coordinates, end: Coordinates) -> list[Coordinates]:

@@ -7,9 +7,9 @@ from typing import Any
 
 from ompl import base as ob
 
+from gm_ompl.planners.ompl.convert import Codec
+from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.sampling.motions import HybridState
-from gm_ompl.space.convert import Codec
-from gm_ompl.space.motions import Motions
 
 START_TAG, GOAL_TAG = 1, 2
 """What OMPL's planners of two trees tag vertices with."""

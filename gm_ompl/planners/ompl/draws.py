@@ -10,10 +10,10 @@ import numpy as np
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.problem import Placements
 from gm_ompl.sampling.lines import between, extents, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import HybridState
-from gm_ompl.space.motions import Motions
 
 QUICK_TRIES = 20
 """Hands drawn finger by finger before all hands are gone through in random order."""

@@ -15,7 +15,9 @@ from gm_ompl.errors import PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Displacement, Move
-from gm_ompl.planners.ompl_setup import HybridSetup
+from gm_ompl.planners.ompl.motions import Motions
+from gm_ompl.planners.ompl.planner_data import Explored
+from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.planner import (
     Budget,
     Meter,
@@ -29,8 +31,6 @@ from gm_ompl.planners.trace import Trace, Vertex, Vertices, tracer
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
-from gm_ompl.space.motions import Motions
-from gm_ompl.space.planner_data import Explored
 
 _NO_MOVES: tuple[Move, ...] = ()
 

@@ -12,6 +12,9 @@ from ompl import geometric as og
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
+from gm_ompl.planners.ompl.convert import Codec
+from gm_ompl.planners.ompl.guard import Guard
+from gm_ompl.planners.ompl.planner_data import Explored
 from gm_ompl.planners.planner import (
     Budget,
     Planner,
@@ -24,9 +27,6 @@ from gm_ompl.planners.planner import (
 from gm_ompl.planners.trace import Expansion, Vertex
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
-from gm_ompl.space.convert import Codec
-from gm_ompl.space.guard import Guard
-from gm_ompl.space.planner_data import Explored
 
 _ENDS = {
     Status.SOLVED: "EXACT_SOLUTION",

@@ -12,12 +12,12 @@ from typing import Any, TypeVar, final
 
 from ompl import base as ob
 
+from gm_ompl.planners.ompl.convert import Codec
+from gm_ompl.planners.ompl.draws import StateDraws
+from gm_ompl.planners.ompl.guard import Guard
+from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.sampling.lines import extents
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
-from gm_ompl.space.convert import Codec
-from gm_ompl.space.draws import StateDraws
-from gm_ompl.space.guard import Guard
-from gm_ompl.space.motions import Motions
 
 Answer = TypeVar("Answer")
 
