@@ -22,9 +22,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 from . import palette
-from .region import View, clipped, edges_of, neighbourhood, triangles_of
+from .region import View, clipped, edges_of, neighbourhood, triangles_of, viewpoint
 from .story import Story
-from .viewpoint import viewpoint
 
 with warnings.catch_warnings():
     # meshcat's server, unused here, imports a deprecated part of pyzmq.

@@ -15,9 +15,8 @@ from gm_ompl.geometry.pose import Pose
 
 from . import palette
 from .canvas import new_figure, title
-from .region import View, clipped, neighbourhood
+from .region import View, clipped, neighbourhood, viewpoint
 from .story import Beat, Story
-from .viewpoint import viewpoint
 
 MOST: Final = 12
 """At most this many moments are drawn; of more regrasps the first are shown."""

@@ -145,12 +145,34 @@ def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Tol
     return tell
 
 
+class LatticePlanner(Planner):
+    """A best-first search by the heuristic that its settings name; without one by none."""
+
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+
+    def solve(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,  # noqa: ARG002
+        report: Report = silent,
+    ) -> SearchResult:
+        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
+        heuristic = self.settings.get("heuristic", "none")
+        if heuristic == "lanes" and has_lanes(problem, judge):
+            return solve_on_lanes(problem, judge, budget, report)
+        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
+        if heuristic == "lanes" and suits(problem):
+            make = PlanarHeuristic
+        return solve_on_lattice(problem, judge, budget, report, make)
+
+
 @final
-class AStar(Planner):
+class AStar(LatticePlanner):
     """A* (Sec. 4.4): over lanes and hubs where that applies, else with the heuristic (11)."""
 
     name: ClassVar[str] = "astar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "heuristic",
@@ -163,41 +185,12 @@ class AStar(Planner):
         ),
     )
 
-    def solve(
-        self,
-        problem: Problem,
-        judge: Judge,
-        budget: Budget,
-        rng: np.random.Generator,  # noqa: ARG002
-        report: Report = silent,
-    ) -> SearchResult:
-        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        heuristic = self.settings["heuristic"]
-        if heuristic == "lanes" and has_lanes(problem, judge):
-            return solve_on_lanes(problem, judge, budget, report)
-        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
-        if heuristic == "lanes" and suits(problem):
-            make = PlanarHeuristic
-        return solve_on_lattice(problem, judge, budget, report, make)
-
 
 @final
-class Dijkstra(Planner):
+class Dijkstra(LatticePlanner):
     """A* without heuristic."""
 
     name: ClassVar[str] = "dijkstra"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
-
-    def solve(
-        self,
-        problem: Problem,
-        judge: Judge,
-        budget: Budget,
-        rng: np.random.Generator,  # noqa: ARG002
-        report: Report = silent,
-    ) -> SearchResult:
-        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        return solve_on_lattice(problem, judge, budget, report, _no_heuristic)
 
 
 def _no_heuristic(

@@ -11,9 +11,8 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from gm_ompl.scenario.document import dump
-from gm_ompl.scenario.draw import Draw, rounded
 from gm_ompl.scenario.model import FORMAT
-from gm_ompl.scenario.small import small
+from gm_ompl.scenario.small import Draw, rounded, small
 
 Tree: TypeAlias = dict[str, Any]
 

@@ -12,11 +12,10 @@ from gm_ompl.errors import ScenarioError
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.build import build_problem
 from gm_ompl.scenario.checks import findings
-from gm_ompl.scenario.document import Document
+from gm_ompl.scenario.document import Document, apply_overrides
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
 from gm_ompl.scenario.model import ExpectModel, ScenarioModel
-from gm_ompl.scenario.overrides import apply_overrides
 from gm_ompl.scenario.shapes import with_meshes
 
 

@@ -15,8 +15,8 @@ from gm_ompl.errors import PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Displacement, Move
+from gm_ompl.planners.ompl.adapter import Explored
 from gm_ompl.planners.ompl.motions import Motions
-from gm_ompl.planners.ompl.planner_data import Explored
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.planner import (
     Budget,

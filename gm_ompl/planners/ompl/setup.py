@@ -13,19 +13,17 @@ from ompl import util as ou
 
 from gm_ompl import clock
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl.adapter import PlainPlanner
+from gm_ompl.planners.ompl.adapter import Explored, PlainPlanner, planner_data, tree_of
 from gm_ompl.planners.ompl.callbacks import (
     DirectedMotions,
     GoalRegion,
+    Guard,
     NodeValidity,
     ObjectProjection,
     PlanCost,
 )
 from gm_ompl.planners.ompl.convert import Codec, make_space
-from gm_ompl.planners.ompl.draws import StateDraws
-from gm_ompl.planners.ompl.guard import Guard
-from gm_ompl.planners.ompl.motions import Motions
-from gm_ompl.planners.ompl.planner_data import Explored, planner_data, tree_of
+from gm_ompl.planners.ompl.motions import Motions, StateDraws
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, refuse_unsound
 from gm_ompl.planners.planner import Planner, SearchResult, Status
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
