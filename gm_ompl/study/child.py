@@ -10,6 +10,7 @@ import signal
 from typing import Any, NoReturn
 
 from gm_ompl.errors import GmOmplError
+from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.study.run import carry_out
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.warm import compiled_versions, pack
@@ -23,8 +24,6 @@ MEMORY_GRACE = 1.25
 
 FOREIGN = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """Signals that no planner raises by itself: somebody else has ended the run."""
-
-MEBIBYTE = 1024.0 * 1024.0
 
 
 def ending(text: bytes | bytearray, verdict: str, status: int) -> dict[str, Any]:
@@ -67,18 +66,8 @@ def excess(limits: Limits, elapsed: float, pid: int) -> str:
     """
     if elapsed > hard_time_limit(limits):
         return "timeout"
-    if limits.memory_mb is not None and _resident_mb(pid) > MEMORY_GRACE * limits.memory_mb:
-        return "memory"
-    return ""
-
-
-def _resident_mb(pid: int) -> float:
-    """Return the resident memory of a process [MiB]; 0 where that cannot be known."""
-    try:
-        with open(f"/proc/{pid}/statm", "rb") as statm:
-            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / MEBIBYTE
-    except (OSError, IndexError):
-        return 0.0
+    limit = math.inf if limits.memory_mb is None else MEMORY_GRACE * limits.memory_mb * MEGABYTE
+    return "memory" if resident_memory(pid) > limit else ""
 
 
 def run_and_exit(task: Task, pipe: int) -> NoReturn:

@@ -29,8 +29,12 @@ def test_unequal_fingers_are_counted_as_ordered_pairs() -> None:
     assert graph_nodes(problem) == 24 * 24 * 4
 
 
-def test_a_measurement_is_that_of_the_planner() -> None:
+def test_a_measurement_is_that_of_the_planner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In a process of its own, the three heuristics find the same optimum."""
+    (tmp_path / "docs").symlink_to(PAGES)  # all of the checkout that the process may import
+    monkeypatch.syspath_prepend(tmp_path)
     plan = gm_ompl.plan(gm_ompl.load("paper/slide", SMALL))
     for heuristic in ("lanes", "none"):
         found = measure("paper/slide", heuristic=heuristic, overrides=SMALL, repeat=False)
