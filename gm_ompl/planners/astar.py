@@ -1,7 +1,7 @@
 """Best-first search with lazily judged arcs; it knows nothing of hands.
 
-The virtual start and goal nodes of Sec. 4.2 are implicit: ``Graph.sources`` are the arcs from the
-one, ``Graph.is_goal`` tells the arcs to the other.
+The virtual start and goal nodes of Sec. 4.2 are implicit: ``LazyGraph.sources`` are the arcs from
+the one, ``LazyGraph.is_goal`` tells the arcs to the other.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Told: TypeAlias = Callable[[int, float, float, bool], None]
 """Called with (node, cost of getting there, bound, whether it was expanded before)."""
 
 
-class Graph(Protocol):
+class LazyGraph(Protocol):
     """A directed graph with costs >= 0; nodes are numbers >= 0."""
 
     def sources(self) -> Iterator[tuple[float, int]]:
@@ -84,7 +84,7 @@ class Found:
 
 @final
 class BestFirstSearch:
-    """A* over a ``Graph``.
+    """A* over a ``LazyGraph``.
 
     An arc enters the open list with a lower bound on its cost. At the front it is re-evaluated,
     goes back if its bound has grown, and is judged only if it stays in front. Nodes are opened
@@ -102,7 +102,7 @@ class BestFirstSearch:
         bound: no path is cheaper.
     """
 
-    def __init__(self, graph: Graph, log: Log, expand: Told | None = None) -> None:
+    def __init__(self, graph: LazyGraph, log: Log, expand: Told | None = None) -> None:
         self._graph, self._log, self._told = graph, log, expand
         self._sources = graph.sources()
         self._open: list[Entry] = []

@@ -18,7 +18,7 @@ import numpy as np
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.steady_force import Command, least_change
+from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 from gm_ompl.graph.cost import chords, displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
@@ -135,7 +135,7 @@ def _steady_forces(
     problem: Problem, instants: Sequence[Controlled], decisions: Sequence[ModeDecision]
 ) -> list[ModeDecision]:
     """Return per instant the decision with the modes given and the f_com to use."""
-    commands: list[Command] = []
+    commands: list[Undecided] = []
     which: list[int] = []
     for k, (instant, decision) in enumerate(zip(instants, decisions, strict=True)):
         same = k > 0 and instant.key == instants[k - 1].key
@@ -146,7 +146,7 @@ def _steady_forces(
     return [chosen[c] for c in which]
 
 
-def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> Command:
+def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> Undecided:
     best = instant.decision.z
     least = _least(problem, best)
     limits = problem.fingers.max_normal_force
@@ -155,7 +155,7 @@ def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> C
         for finger, mode in zip(instant.fingers, decision.modes, strict=True)
         if mode is ControlMode.FORCE
     ]
-    return Command(
+    return Undecided(
         alternatives=instant.alternatives,
         decision=decision,
         fingers=instant.fingers,
