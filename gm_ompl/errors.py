@@ -34,8 +34,8 @@ class ScenarioError(InputError):
         problems: one line per mistake, each with file, line, key path, value and remedy.
     """
 
-    def __init__(self, problems: Sequence[str]) -> None:
-        self.problems = tuple(problems)
+    def __init__(self, problems: str | Sequence[str]) -> None:
+        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
 
 

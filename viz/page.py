@@ -6,11 +6,10 @@ import base64
 import html
 import json
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from gm_ompl.plan.model import Plan
-from gm_ompl.writing import write_text
+from gm_ompl.planners.planner import Status
 
 from . import palette
 from .charts import Band, bands
@@ -46,15 +45,6 @@ def page(plan: Plan) -> str:
     return "".join(parts[p] if k % 2 else p for k, p in enumerate(pieces))
 
 
-def write_page(plan: Plan, path: Path) -> None:
-    """Write the page of ``plan`` to ``path``, whole or not at all.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    write_text(path, page(plan))
-
-
 def escaped(text: str) -> str:
     """Return ``text`` so that HTML shows it as it is, whatever it says.
 
@@ -87,17 +77,10 @@ def _colours() -> str:
     return " ".join(pairs)
 
 
-_STATUS = {
-    "infeasible": "proven infeasible: there is no plan on the scenario's lattice",
-    "budget": "no plan: the budget was spent first",
-    "interrupted": "no plan: the search was interrupted",
-}
-
-
 def _summary(story: Story) -> str:
     plan = story.plan
     if plan.cost is None:
-        facts = [_STATUS.get(plan.status, plan.status)]
+        facts = [Status(plan.status).sentence]
     else:
         facts = [
             f"cost {plan.cost:.6g}" + (" (proven optimal on the lattice)" if plan.optimal else ""),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
@@ -17,13 +15,15 @@ from rich.text import Text
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note
+from gm_ompl.app.study_verbs import CompareVerb
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
-from gm_ompl.study.executors import make_executor
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
-from gm_ompl.study.report import figure, interval, other_ends, report_html
+from gm_ompl.study.report import figure, figures, interval, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
@@ -31,21 +31,7 @@ from gm_ompl.study.workers import Executor
 from gm_ompl.writing import write_text
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """The options of ``gm-ompl compare``."""
-
-    scenarios: tuple[str, ...]
-    planners: str
-    seeds: int
-    time_limit: float
-    memory_limit: float | None
-    max_iterations: int | None
-    executor: str
-    output: Path
-
-
-def compare_command(request: CompareRequest) -> Exit:
+def compare_command(request: CompareVerb) -> Exit:
     """Make the runs that are missing, write everything, show the tables."""
     tasks = _tasks(request)
     with closing(make_executor(request.executor)) as executor:
@@ -71,18 +57,17 @@ def compare_command(request: CompareRequest) -> Exit:
     return Exit.OK
 
 
-def _tasks(request: CompareRequest) -> tuple[Task, ...]:
+def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     """Return the runs asked for.
 
     Raises:
         InputError: an option's value is wrong.
     """
-    for option, value in (
-        ("--time-limit", request.time_limit), ("--memory-limit", request.memory_limit),
-        ("--max-iterations", request.max_iterations),
-    ):  # fmt: skip
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"{option} {value}: must be a positive number")
+    require_positive(
+        time_limit=request.time_limit,
+        memory_limit=request.memory_limit,
+        max_iterations=request.max_iterations,
+    )
     planners = [name.strip() for name in request.planners.split(",") if name.strip()]
     limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
     return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,
@@ -111,10 +96,7 @@ def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:
         table = _table(scenario, "planner", "runs", "plan", "first [s]", "cost", "ratio",
                        "regrasps", "z", "decisions", "MiB", "other ends")  # fmt: skip
         for row in group:
-            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                      row.decisions, row.peak_mb)  # fmt: skip
-            _add(table, row.planner, str(row.runs), f"{row.success:.0%}", *map(figure, values),
-                 other_ends(row))  # fmt: skip
+            _add(table, row.planner, *figures(row))
         yield table
 
 

@@ -4,37 +4,23 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.explain_text import lines
 from gm_ompl.app.output import say, say_json
+from gm_ompl.app.plan_verbs import ExplainVerb
 from gm_ompl.errors import InputError
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
 
 
-@dataclass(frozen=True)
-class ExplainRequest:
-    """The options of ``gm-ompl explain``."""
-
-    scenario: str
-    at: str | None
-    placements: str | None
-    samples: int | None
-    seed: int
-    time_limit: float
-    overrides: tuple[str, ...]
-    as_json: bool
-
-
-def explain_command(request: ExplainRequest) -> Exit:
+def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
     explanation = api.explain(
-        api.load(request.scenario, request.overrides),
+        api.load(request.scenario, request.overrides or ()),
         at,
         places,
         samples=request.samples,

@@ -17,6 +17,7 @@ import typer
 from gm_ompl import __version__
 from gm_ompl.app import plan_verbs, show_verbs, study_verbs
 from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
+from gm_ompl.app.options import command
 from gm_ompl.app.output import note, show_log
 from gm_ompl.app.streams import hush_libraries, outlets
 
@@ -56,22 +57,22 @@ def options(
 
 
 VERBS = {
-    "list": plan_verbs.list_scenarios,
-    "plan": plan_verbs.plan,
-    "explain": plan_verbs.explain,
-    "check": plan_verbs.check,
-    "view": show_verbs.view,
-    "plot": show_verbs.plot,
-    "export": show_verbs.export,
-    "execute": show_verbs.execute,
-    "compare": study_verbs.compare,
-    "tune": study_verbs.tune,
-    "bench": study_verbs.bench,
+    "list": (plan_verbs.ListVerb, ".showing:list_command"),
+    "plan": (plan_verbs.PlanVerb, ".planning:plan_command"),
+    "explain": (plan_verbs.ExplainVerb, ".explaining:explain_command"),
+    "check": (plan_verbs.CheckVerb, ".showing:check_command"),
+    "view": (show_verbs.ViewVerb, ".showing:view_command"),
+    "plot": (show_verbs.PlotVerb, ".showing:plot_command"),
+    "export": (show_verbs.ExportVerb, ".showing:export_command"),
+    "execute": (show_verbs.ExecuteVerb, ".executing:execute_command"),
+    "compare": (study_verbs.CompareVerb, ".comparing:compare_command"),
+    "tune": (study_verbs.TuneVerb, ".tuning:tune_command"),
+    "bench": (study_verbs.BenchVerb, ".benching:bench_command"),
 }
-"""In the order of ``--help``."""
+"""In the order of ``--help``: what a verb takes, and who carries it out."""
 
 for _name, _verb in VERBS.items():
-    app.command(_name)(_verb)
+    app.command(_name)(command(*_verb))
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:

@@ -8,12 +8,58 @@ from typing import Literal
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
 from gm_ompl.errors import GeometryError, did_you_mean
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.triangles import PlanarFace
+
+
+@dataclass(frozen=True, eq=False)
+class PlacementTable:
+    """All discrete fingertip placements, object frame; a placement is its row number.
+
+    Attributes:
+        points: (P, 3), the contact point on the surface.
+        normals: (P, 3), unit, pointing into the object.
+        face: (P,), index into ``labels``.
+        cell: (P, 2), the grid cell on that face.
+        piece: (P,), the convex piece of the body that the face belongs to.
+        labels: the faces' names ("+x", ... for a box, "0", "1", ... for a hull).
+    """
+
+    points: Array
+    normals: Array
+    face: IntArray
+    cell: IntArray
+    piece: IntArray
+    labels: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
+        object.__setattr__(self, "normals", read_only(self.normals, (None, 3), "normals"))
+        for name in ("face", "cell", "piece"):
+            whole = np.array(getattr(self, name), dtype=np.int64)
+            whole.flags.writeable = False
+            object.__setattr__(self, name, whole)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def centres(self, radius: float) -> Array:
+        """Return the fingertip centres (P, 3), object frame: one radius out along the normal."""
+        outward: Array = self.points - radius * self.normals
+        return outward
+
+    def find(self, label: str, cell: Sequence[int]) -> int | None:
+        """Return the placement on face ``label`` at ``cell``, or None if there is none."""
+        if label not in self.labels:
+            return None
+        hits = np.flatnonzero(
+            (self.face == self.labels.index(label)) & (self.cell == np.asarray(cell)).all(axis=1)
+        )
+        return int(hits[0]) if len(hits) else None
+
 
 TIE = 1e-9
 """Relative difference below which two bounding rectangles have equal areas."""
@@ -122,14 +168,6 @@ def face_labels(body: Body) -> tuple[str, ...]:
         return body.pieces[0].labels
     count = len(body.surface) or sum(len(piece.faces) for piece in body.pieces)
     return tuple(str(k) for k in range(count))
-
-
-def bounding_rectangle(piece: ConvexPiece, face: int) -> Rectangle:
-    """Return the rectangle of least area around a face with a side along one of its edges.
-
-    Among equal areas the one whose first side is closest to x wins, then y, then z.
-    """
-    return _rectangle(piece.vertices[list(piece.faces[face])], piece.face_normals[face])
 
 
 def _rectangle(corners: Array, normal: Array) -> Rectangle:

@@ -194,6 +194,19 @@ class Plan(_Record):
         """Whether there is a plan: solved, or interrupted with one in hand."""
         return self.status == "solved" or (self.status == "interrupted" and self.cost is not None)
 
+    @property
+    def segments(self) -> tuple[SegmentRecord, ...]:
+        """The segments of all displacements, in order."""
+        return tuple(
+            part for step in self.steps if step.kind == "displacement" for part in step.segments
+        )
+
+    @property
+    def least_z(self) -> float | None:
+        """The smallest stability margin; None without a plan."""
+        rests = (step.z for step in self.steps if step.kind == "regrasp")
+        return min((*rests, *(part.z for part in self.segments)), default=None)
+
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""
         return self.model_dump(mode="json", by_alias=True)

@@ -101,13 +101,15 @@ class Meter:
         return limit is not None and resident_memory() + extra >= limit * MEGABYTE
 
 
-def resident_memory() -> float:
-    """Return the resident memory of this process [bytes]."""
+def resident_memory(process: int | None = None) -> float:
+    """Return the resident memory of this process [bytes]; of another one, 0 where it is unknown."""
     try:
-        with open("/proc/self/statm", "rb") as statm:
+        with open(f"/proc/{process or 'self'}/statm", "rb") as statm:
             pages = int(statm.read().split()[1])
         return float(pages * os.sysconf("SC_PAGE_SIZE"))
-    except OSError:
+    except (OSError, IndexError):
+        if process is not None:
+            return 0.0
         # No /proc (macOS): the peak stands in for the present, in bytes there, else in KiB.
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         return float(peak) * (1.0 if sys.platform == "darwin" else 1024.0)

@@ -34,7 +34,7 @@ class SearchStatus(enum.Enum):
 
 
 @dataclass(frozen=True)
-class SearchResult:
+class PlainResult:
     """What the search found.
 
     Attributes:
@@ -54,7 +54,7 @@ class SearchResult:
     decisions: int
 
 
-def plain_search(problem: Problem, decide: Decide = decide_modes) -> SearchResult:
+def plain_search(problem: Problem, decide: Decide = decide_modes) -> PlainResult:
     """Return the minimum-cost path from the virtual start node to the virtual goal node.
 
     Args:
@@ -146,9 +146,9 @@ class Graph:
 
     def result(
         self, status: SearchStatus, cost: float, moves: tuple[Move, ...], expanded: int
-    ) -> SearchResult:
+    ) -> PlainResult:
         """Return a result with this graph's counts."""
-        return SearchResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
+        return PlainResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
 
     def _displacements(self, node: Node) -> Iterator[tuple[Node, float]]:
         start = self._lattice.coordinates(node[0])

@@ -1,12 +1,12 @@
-"""YAML text -> a plain tree, read safely and strictly, with the place of every value."""
+"""YAML text -> a plain tree, with the place of every value; ``--set KEY=VALUE`` changes it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import yaml
 
@@ -104,24 +104,24 @@ def parse(text: str, label: str) -> Document:
         mark = error.problem_mark or error.context_mark
         place = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
         raise ScenarioError(
-            [f"{label}:{place}: not valid YAML: {error.problem or error.context}"]
+            f"{label}:{place}: not valid YAML: {error.problem or error.context}"
         ) from None
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
-        raise ScenarioError([f"{label}:1:1: not valid YAML text: {reason}"]) from None
+        raise ScenarioError(f"{label}:1:1: not valid YAML text: {reason}") from None
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if node is None:
-        raise ScenarioError([f"{label}:1:1: the file is empty; expected a scenario (YAML)"])
+        raise ScenarioError(f"{label}:1:1: the file is empty; expected a scenario (YAML)")
     document = Document(label)
     if not isinstance(node, yaml.MappingNode):
         raise ScenarioError(
-            [f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"]
+            f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"
         )
     try:
         document.tree = _Builder(document).build(node, (), ())
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if document.problems:
         raise ScenarioError(document.problems)
     return document
@@ -142,7 +142,7 @@ class _Builder:
         self.count += 1
         if self.count > MAX_VALUES:
             raise ScenarioError(
-                [f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"]
+                f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"
             )
         self.document.places.setdefault(path, _mark(node))
         if id(node) in above:
@@ -218,3 +218,74 @@ def dump(tree: Mapping[str, object]) -> str:
         width=100,
     )
     return text
+
+
+def apply_overrides(document: Document, overrides: Iterable[str]) -> list[str]:
+    """Change ``document.tree`` in place; return one line per override that cannot be applied.
+
+    Args:
+        document: what was read.
+        overrides: "KEY=VALUE"; KEY is a dotted path, list items by number; VALUE is YAML.
+    """
+    problems: list[str] = []
+    for text in overrides:
+        try:
+            _apply(document, text)
+        except ScenarioError as error:
+            problems.extend(error.problems)
+    return problems
+
+
+def _apply(document: Document, text: str) -> None:
+    place = one_line(f"--set {text}")
+    key, equals, value_text = text.partition("=")
+    parts = key.strip().split(".")
+    if not equals or not all(parts):
+        raise ScenarioError(f"{place}: expected KEY=VALUE, for example fingers.max_normal_force=5")
+    value = _value(place, value_text)
+    target, path = _target(document, parts, place)
+    last = _index(target, parts[-1], path, place)
+    target[last] = value
+    path = (*path, last)
+    for known in [p for p in document.places if p[: len(path)] == path]:
+        del document.places[known]
+    document.places[path] = place
+
+
+def _value(place: str, text: str) -> object:
+    """Return VALUE read as YAML, strictly as in a file."""
+    try:
+        wrapped: Any = parse("value: " + text.strip(), place).tree
+    except ScenarioError:
+        raise ScenarioError(f"{place}: the value is not valid YAML") from None
+    if set(wrapped) != {"value"}:
+        raise ScenarioError(f"{place}: the value is not one YAML value")
+    return wrapped["value"]
+
+
+def _target(document: Document, parts: list[str], place: str) -> tuple[Any, Path]:
+    """Return the mapping or list that holds the last part, made on the way where absent."""
+    target: Any = document.tree
+    path: Path = ()
+    for part in parts[:-1]:
+        step = _index(target, part, path, place)
+        if isinstance(target, dict) and target.get(step) is None:
+            target[step] = {}
+            document.places[(*path, step)] = place
+        target, path = target[step], (*path, step)
+    return target, path
+
+
+def _index(target: Any, part: str, path: Path, place: str) -> str | int:
+    """Return ``part`` as a key of the mapping or an index of the list ``target``."""
+    if isinstance(target, dict):
+        return part
+    name = ".".join(map(str, path))
+    if isinstance(target, list):
+        if part.isascii() and part.isdigit() and int(part) < len(target):
+            return int(part)
+        items = f"items are 0 to {len(target) - 1}" if target else "it is empty"
+        raise ScenarioError(f"{place}: {name} is a list; no item {part!r}, {items}")
+    raise ScenarioError(
+        f"{place}: {name} is {shown(target)}; it has no keys or items, set it as a whole"
+    )

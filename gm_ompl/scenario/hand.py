@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.solids import Body
-from gm_ompl.geometry.surface import face_areas, face_labels, placements, room
+from gm_ompl.geometry.surface import PlacementTable, face_areas, face_labels, placements, room
 from gm_ompl.problem import Fingers
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import per_finger
+from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import Placed, ScenarioModel
-from gm_ompl.scenario.notes import Notes
 
 MAX_PLACEMENTS = 200_000
 """More grid points than this on all faces together are refused."""

@@ -51,10 +51,8 @@ def read(name: str | os.PathLike[str]) -> Document:
         return _beside(parse(_file_text(Path(text)), text), Path(text))
     names = [*shipped(), *random_names()]
     raise ScenarioError(
-        [
-            f"{one_line(text)}: no such scenario or file{did_you_mean(text, names)}; "
-            f"shipped: {', '.join(names)}"
-        ]
+        f"{one_line(text)}: no such scenario or file{did_you_mean(text, names)}; "
+        f"shipped: {', '.join(names)}"
     )
 
 
@@ -97,17 +95,13 @@ def _random(text: str) -> Document:
     family, _, seed = rest.partition("/")
     if family not in FAMILIES:
         raise ScenarioError(
-            [
-                f"{one_line(text)}: no such family{did_you_mean(family, FAMILIES)}; "
-                f"families are {', '.join(FAMILIES)}"
-            ]
+            f"{one_line(text)}: no such family{did_you_mean(family, FAMILIES)}; "
+            f"families are {', '.join(FAMILIES)}"
         )
     if not (seed.isascii() and seed.isdigit() and len(seed) <= 18):
         raise ScenarioError(
-            [
-                f"{one_line(text)}: the seed must be a whole number >= 0, "
-                f"for example random/{family}/17"
-            ]
+            f"{one_line(text)}: the seed must be a whole number >= 0, "
+            f"for example random/{family}/17"
         )
     return parse(family_yaml(family, int(seed)), f"random/{family}/{int(seed)}")
 
@@ -121,13 +115,13 @@ def _file_text(path: Path) -> str:
     label = one_line(str(path))
     try:
         if path.is_dir():
-            raise ScenarioError([f"{label}: is a folder; a scenario is a YAML file"])
+            raise ScenarioError(f"{label}: is a folder; a scenario is a YAML file")
         if not path.is_file() and path.exists():
-            raise ScenarioError([f"{label}: is not an ordinary file"])
+            raise ScenarioError(f"{label}: is not an ordinary file")
         size = path.stat().st_size
         if size > MAX_BYTES:
             limit = MAX_BYTES // 2**20
-            raise ScenarioError([f"{label}: {size} bytes; a scenario has at most {limit} MiB"])
+            raise ScenarioError(f"{label}: {size} bytes; a scenario has at most {limit} MiB")
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -135,15 +129,15 @@ def _file_text(path: Path) -> str:
         stem = str(path)
         for suffix in SUFFIXES:
             stem = stem.removesuffix(suffix)
-        raise ScenarioError([f"{label}: no such file{did_you_mean(stem, names)}"]) from None
+        raise ScenarioError(f"{label}: no such file{did_you_mean(stem, names)}") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise ScenarioError([f"{label}: cannot be read: {reason}"]) from None
+        raise ScenarioError(f"{label}: cannot be read: {reason}") from None
     if len(content) > MAX_BYTES:
-        raise ScenarioError([f"{label}: a scenario has at most {MAX_BYTES // 2**20} MiB"])
+        raise ScenarioError(f"{label}: a scenario has at most {MAX_BYTES // 2**20} MiB")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ScenarioError(
-            [f"{label}: byte {error.start} is not UTF-8 text; a scenario is a YAML file"]
+            f"{label}: byte {error.start} is not UTF-8 text; a scenario is a YAML file"
         ) from None

@@ -12,11 +12,10 @@ from gm_ompl.errors import ScenarioError
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.build import build_problem
 from gm_ompl.scenario.checks import findings
-from gm_ompl.scenario.document import Document
+from gm_ompl.scenario.document import Document, apply_overrides
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
 from gm_ompl.scenario.model import ExpectModel, ScenarioModel
-from gm_ompl.scenario.overrides import apply_overrides
 from gm_ompl.scenario.shapes import with_meshes
 
 
@@ -57,7 +56,7 @@ class Scenario:
             ScenarioError: one line per mistake.
         """
         if not isinstance(tree, Mapping):
-            raise ScenarioError([f"{label}: expected a mapping of keys (format:, name:, ...)"])
+            raise ScenarioError(f"{label}: expected a mapping of keys (format:, name:, ...)")
         return cls.from_document(Document(label, dict(tree)))
 
     @property
@@ -133,8 +132,3 @@ def _sections(tree: Mapping[str, Any], valid: set[str]) -> ScenarioModel:
         if key in valid and key in tree
     }
     return ScenarioModel.model_construct(**values)
-
-
-def build(scenario: Scenario) -> Problem:
-    """Return what the planners see of ``scenario``."""
-    return scenario.problem

@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import ExitStack
 from io import BytesIO
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from gm_ompl.errors import InputError, MissingExtraError
@@ -51,20 +50,15 @@ class Film:
         """Begin; the file is made with the first picture."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         """Finish the file and release the renderer.
 
         Raises:
             InputError: the file could not be written whole.
         """
         if self._camera is not None:
-            self._camera.__exit__(kind, error, trace)
-        self._files.__exit__(kind, error, trace)
+            self._camera.__exit__(*raised)
+        self._files.__exit__(*raised)
 
     def _finish(self, part: Path) -> None:
         """Close the film and count its pictures: ffmpeg does not say that a disk was full."""

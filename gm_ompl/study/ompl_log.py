@@ -15,7 +15,7 @@ from typing import Any
 import gm_ompl
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.store import Record
-from gm_ompl.study.summary import by_scenario
+from gm_ompl.study.summary import grouped
 from gm_ompl.writing import whole, write_text
 
 STATUSES = (
@@ -70,7 +70,7 @@ def write_benchmark(
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = []
-    for scenario, planners in by_scenario(records).items():
+    for scenario, planners in grouped(records, str).items():
         # Different names may become one file name: the key keeps them apart.
         key = next(iter(planners.values()))[0].scenario_key[:8]
         path = folder / f"{_word(scenario).replace('/', '-')}-{key}.log"

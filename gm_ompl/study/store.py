@@ -8,15 +8,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import InputError
 
 History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
-
-FOUND = ("solved", "interrupted")
-"""Statuses under which a run may have a plan."""
 
 
 @dataclass(frozen=True)
@@ -121,12 +117,7 @@ class Store:
     def __enter__(self) -> Store:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._connection.close()
 
     def add(self, record: Record) -> None:

@@ -92,7 +92,7 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Tried:
     """A finished trial: its parameters, and its value of every measure of the objective."""
 
     parameters: Values
@@ -111,7 +111,7 @@ class Tuned:
         gains: per measure, the winner against the defaults on the held-out scenarios.
     """
 
-    trials: tuple[Trial, ...]
+    trials: tuple[Tried, ...]
     best: int
     front: tuple[int, ...]
     importances: Mapping[str, float]
@@ -153,7 +153,7 @@ def tune(
         finished = _finished(optuna, study)
     if watch is not None:
         watch(len(finished), design.trials)
-    trials = tuple(Trial(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
+    trials = tuple(Tried(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
     front = _front(trials)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
     return Tuned(trials, best, front, importances(trials), _gains(
@@ -169,7 +169,7 @@ def _gains(design: Design, parameters: Values, store: Store, executor: Executor)
     return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
 
 
-def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
+def _front(trials: Sequence[Tried]) -> tuple[int, ...]:
     """Return the places of the trials that no other beats or equals in every measure."""
 
     def beaten(place: int) -> bool:
@@ -229,7 +229,7 @@ def _suggested(trial: Any, parameters: Sequence[Parameter]) -> Values:
     return values
 
 
-def importances(trials: Sequence[Trial]) -> dict[str, float]:
+def importances(trials: Sequence[Tried]) -> dict[str, float]:
     """Return, per parameter, how much of the first measure it explains alone; largest first.
 
     That is the share of the variance of the measure's logarithm that a parabola in the parameter's

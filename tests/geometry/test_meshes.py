@@ -12,9 +12,8 @@ import trimesh
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
-from gm_ompl.geometry.mass import mass_properties, volume
 from gm_ompl.geometry.mesh import MAX_FACES, read_mesh
-from gm_ompl.geometry.solids import Body, box, hull
+from gm_ompl.geometry.solids import Body, box, hull, mass_properties, volume
 from gm_ompl.geometry.surface import face_areas, placements
 from gm_ompl.geometry.triangles import TriangleMesh, checked, planar_faces
 

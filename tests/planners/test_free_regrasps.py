@@ -15,7 +15,7 @@ from gm_ompl import api
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move, Regrasp
-from gm_ompl.planners.hybrid_refine import refine
+from gm_ompl.planners.hybrid_planners import refine
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.price import LEAST, priced
 from gm_ompl.planners.registry import make_planner

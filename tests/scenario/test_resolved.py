@@ -18,7 +18,7 @@ from gm_ompl.motion.motion import Motion
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.document import dump, parse
 from gm_ompl.scenario.load import load, shipped
-from gm_ompl.scenario.scenario import Scenario, build
+from gm_ompl.scenario.scenario import Scenario
 
 NAMES = (*shipped(), *(f"random/{f}/{k}" for f in ("chain", "planar", "small") for k in range(6)))
 
@@ -57,7 +57,7 @@ def test_saved_as_yaml_or_json_it_is_the_identical_problem(name: str, tmp_path: 
         assert same(again.problem, scenario.problem)
         assert again.resolved() == resolved
     direct = Scenario.from_resolved(resolved)
-    assert same(build(direct), scenario.problem)
+    assert same(direct.problem, scenario.problem)
 
 
 def test_the_comparison_sees_a_difference() -> None:
