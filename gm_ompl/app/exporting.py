@@ -6,8 +6,8 @@ from pathlib import Path
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, writable
+from gm_ompl.app.plan_files import opened
 from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
 from gm_ompl.simulation.export import table
 from gm_ompl.simulation.pace import Pace
 
@@ -16,7 +16,8 @@ def export_command(plan_file: Path, output: Path, speed: float, rate: float) -> 
     """Write the plan over time as CSV."""
     target = writable(output)
     assert target is not None
-    text = table(Plan.load(plan_file), Pace(speed=speed), rate)
+    with opened(plan_file) as plan:
+        text = table(plan, Pace(speed=speed), rate)
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:

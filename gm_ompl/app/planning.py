@@ -17,6 +17,7 @@ from gm_ompl.app.viewing import write_html
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report
+from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 
 
@@ -111,12 +112,7 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
         return {}
     from gm_ompl.scenario.document import parse
 
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--params {path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"--params {path}: not a text file in UTF-8") from error
+    text = read_text(path, PARAMETERS)
     try:
         parameters = parse(text, str(path)).tree
     except ScenarioError as error:
@@ -127,6 +123,12 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
     assert isinstance(parameters, dict), "the reader accepts nothing else"
     return parameters
 
+
+def _wrong_parameters(text: str) -> InputError:
+    return InputError(f"--params {text}")
+
+
+PARAMETERS = Kind("file of parameters", "JSON or YAML", 2**20, _wrong_parameters)
 
 _SENTENCES = {
     "infeasible": "proven infeasible: no plan exists on this lattice",

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, writable
+from gm_ompl.app.plan_files import opened
 from gm_ompl.errors import InputError, did_you_mean
-from gm_ompl.plan.model import Plan
 
 if TYPE_CHECKING:
     from gm_ompl.viz.story import Story
@@ -48,8 +48,8 @@ def plot_command(plan_file: Path, output: Path, show: str, trace: Path | None) -
     assert target is not None
     if trace is not None and picture is not Picture.SEARCH:
         raise InputError(f"--trace {trace}: is for --show search; add that")
-    with styled():
-        save(_figure(tell(Plan.load(plan_file)), picture, trace), target)
+    with styled(), opened(plan_file) as plan:
+        save(_figure(tell(plan), picture, trace), target)
     note(f"written to {output}")
     return Exit.OK
 

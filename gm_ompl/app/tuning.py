@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
-from gm_ompl.app.output import note, say, writable
+from gm_ompl.app.output import made_folder, note, say, writable
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.executors import make_executor
 from gm_ompl.study.store import Store
@@ -46,7 +46,7 @@ def tune_command(request: TuneRequest) -> Exit:
     assert output is not None
     folder = output.with_name(f"{output.stem}-study")
     with closing(make_executor(request.executor)) as executor:
-        folder.mkdir(exist_ok=True)
+        made_folder(folder)
         with Store(folder / "runs.sqlite") as store:
             tuned = tune(design, store, executor, folder / "journal.log", _watch)
     _write(request, output, folder, tuned)

@@ -11,6 +11,7 @@ from typing import TypeAlias
 import yaml
 
 from gm_ompl.errors import ScenarioError
+from gm_ompl.reading import one_line
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the top of the scenario down to a value."""
@@ -44,11 +45,6 @@ def scalar(text: str) -> object:
 def dotted(path: Path) -> str:
     """Return ``path`` as the user writes it: keys and list numbers with dots between."""
     return ".".join(str(part) for part in path)
-
-
-def one_line(text: str) -> str:
-    """Return ``text`` with line breaks and other control characters written as escapes."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def shown(value: object) -> str:

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from gm_ompl.errors import ScenarioError
-from gm_ompl.scenario.document import Document, Path, one_line, parse, shown
+from gm_ompl.reading import one_line
+from gm_ompl.scenario.document import Document, Path, parse, shown
 
 
 def apply_overrides(document: Document, overrides: Iterable[str]) -> list[str]:
