@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from collections.abc import Callable
@@ -199,7 +200,7 @@ def test_a_huge_file_is_not_read(
     """A file above the limit is refused before its content is read."""
     file = tmp_path / "plan.json"
     plan.save(file)
-    monkeypatch.setattr(plan_files, "MAX_BYTES", 100)
+    monkeypatch.setattr(plan_files, "KIND", dataclasses.replace(plan_files.KIND, most=100))
     with pytest.raises(PlanFileError, match="at most 100 bytes"):
         Plan.load(file)
 
