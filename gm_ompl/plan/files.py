@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -13,11 +14,13 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from gm_ompl.errors import PlanFileError, did_you_mean
+from gm_ompl.plan.places import key_path, where
 from gm_ompl.reading import Kind, one_line, read_text, refuse_other
 from gm_ompl.scenario.load import shipped
 
-MAX_BYTES = 64 * 2**20  # far above any plan; keeps a wrong file from filling the memory
-MAX_VALUES = 2_000_000  # likewise: ten thousand steps have a tenth of them
+MAX_BYTES = 32 * 2**20  # far above any plan; keeps a wrong file from filling the memory
+MAX_VALUES = 2_000_000  # likewise: ten thousand steps have less than half of them
+BEGINNING = 200  # of every list and object; where a large file has mistakes there, they will do
 MAX_DEPTH = 60  # a scenario inside a plan has less than ten
 LINE_WIDTH = 110  # values that fit are written on one line
 MAX_SHOWN = 20  # mistakes reported at once
@@ -115,9 +118,12 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
             f"{where(path, text, ('format',))}: {_shown(data.get('format'))}: not a plan that can "
             f'be read; a plan file says "format": "{format_name}"'
         )
-    found = [(place, f"{wrong}") for place, wrong in _unusable(path, data)]
+    found = list(_unusable(path, data))
     try:
         if not found:
+            if len(text) > 2**17:  # pydantic would list every mistake there is, a kilobyte each
+                beginning = json.dumps(_beginning(data))
+                model.model_validate_json(beginning, by_alias=True, by_name=False)
             return model.model_validate_json(text, by_alias=True, by_name=False)
     except ValidationError as error:
         found = _mistakes(data, error)
@@ -182,6 +188,13 @@ def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
     raise PlanFileError(f"{path}: not a plan: more than {MAX_VALUES} values")
 
 
+def _beginning(value: Any) -> Any:
+    """Return ``value`` with the first entries of every list and object alone."""
+    if isinstance(value, dict):
+        return {key: _beginning(value[key]) for key in itertools.islice(value, BEGINNING)}
+    return [_beginning(item) for item in value[:BEGINNING]] if isinstance(value, list) else value
+
+
 def _is_text(text: str) -> bool:
     """Whether ``text`` can be written as UTF-8."""
     return text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text)
@@ -229,12 +242,6 @@ def _mistakes(data: Any, error: ValidationError) -> list[tuple[_Path, str]]:
     return mistakes
 
 
-def where(path: Path, text: str, place: Sequence[int | str]) -> str:
-    """Return "file:line: key path" of what stands at ``place`` in the valid JSON ``text``."""
-    line = text.count("\n", 0, locate(text, place)) + 1
-    return f"{path}:{line}: {key_path(place)}"
-
-
 def _place(data: Any, loc: Sequence[int | str]) -> _Path:
     """Return the path inside the file: pydantic's, without the names of union members."""
     place: list[int | str] = []
@@ -246,44 +253,3 @@ def _place(data: Any, loc: Sequence[int | str]) -> _Path:
         inside = inside or (isinstance(data, list) and isinstance(part, int) and part < len(data))
         data = data[part] if inside else None
     return tuple(place)
-
-
-def key_path(place: Sequence[int | str]) -> str:
-    """Return ``steps[3].cost`` for ("steps", 3, "cost")."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
-    return text.lstrip(".") or "(top level)"
-
-
-_BLANK = " \t\r\n"
-
-
-def locate(text: str, place: Sequence[int | str]) -> int:
-    """Return where in the valid JSON ``text`` the value at ``place`` begins.
-
-    A part of ``place`` that is not there ends the walk at what holds it.
-    """
-    decoder = json.JSONDecoder()
-    at = _skip(text, 0)
-    for part in place:
-        inner, index = _skip(text, at + 1), 0
-        while text[inner] not in "]}":
-            key: int | str = index
-            if text[at] == "{":
-                key, inner = decoder.raw_decode(text, inner)
-                inner = _skip(text, _skip(text, inner) + 1)  # over the colon
-            if key == part:
-                break
-            _, inner = decoder.raw_decode(text, inner)
-            inner = _skip(text, inner)
-            inner = _skip(text, inner + 1) if text[inner] == "," else inner
-            index += 1
-        else:
-            return at
-        at = inner
-    return at
-
-
-def _skip(text: str, at: int) -> int:
-    while text[at] in _BLANK:
-        at += 1
-    return at

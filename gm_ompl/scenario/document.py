@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import yaml
 
@@ -31,6 +31,17 @@ class StrictLoader(yaml.SafeLoader):
     """PyYAML's safe reader without its own guesses of types (yes, 1:30, 1_000, dates)."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 (PyYAML names it)
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._left = MAX_VALUES
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose one node; stops where a text has far too many of them."""
+        self._left -= 1
+        if self._left < 0:
+            raise yaml.YAMLError(f"more than {MAX_VALUES} values")
+        return super().compose_node(parent, index)
 
 
 def scalar(text: str) -> object:

@@ -13,7 +13,7 @@ from gm_ompl.reading import Kind, one_line, read_text, refuse_other
 from gm_ompl.scenario.document import Document, parse
 from gm_ompl.scenario.scenario import Scenario
 
-MAX_BYTES = 20 * 1024 * 1024
+MAX_BYTES = 8 * 1024 * 1024
 """Larger files are refused unread."""
 
 SUFFIXES = (".yaml", ".yml", ".json")

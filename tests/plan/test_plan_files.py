@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from gm_ompl.errors import PlanFileError
 from gm_ompl.plan import Plan, SegmentRecord, Statistics
 from gm_ompl.plan import files as plan_files
-from gm_ompl.plan.files import dumps, key_path, locate
+from gm_ompl.plan.files import dumps
+from gm_ompl.plan.places import key_path, locate
 from gm_ompl.plan.schema import plan_schema, shipped_schema
 
 Tamper = Callable[[dict[str, Any]], object]
