@@ -125,3 +125,8 @@ def _reason(error: OSError | ValueError) -> str:
 def one_line(text: str) -> str:
     """Return ``text`` with line breaks and other control characters written as escapes."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def is_text(text: str) -> bool:
+    """Whether ``text`` can be written as UTF-8: a file can spell half of a surrogate pair."""
+    return text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text)

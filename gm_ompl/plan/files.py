@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from gm_ompl.errors import PlanFileError, did_you_mean
 from gm_ompl.plan.places import key_path, where
-from gm_ompl.reading import Kind, one_line, read_text, refuse_other
+from gm_ompl.reading import Kind, is_text, one_line, read_text, refuse_other
 from gm_ompl.scenario.load import shipped
 
 MAX_BYTES = 32 * 2**20  # far above any plan; keeps a wrong file from filling the memory
@@ -176,10 +176,10 @@ def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
             raise PlanFileError(f"{path}: not a plan: nested too deeply, {key_path(place[:3])} ...")
         if isinstance(value, float) and not math.isfinite(value):
             yield place, f"{value}: must be a finite number"
-        elif isinstance(value, str) and not _is_text(value):
+        elif isinstance(value, str) and not is_text(value):
             yield place, f"{_shown(value)}: must be text; half of a surrogate pair is none"
         elif isinstance(value, dict):
-            if not all(map(_is_text, value)):
+            if not all(map(is_text, value)):
                 yield place, "a key must be text; half of a surrogate pair is none"
                 continue
             waiting.extend(((*place, key), value[key]) for key in reversed(value))
@@ -193,11 +193,6 @@ def _beginning(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _beginning(value[key]) for key in itertools.islice(value, BEGINNING)}
     return [_beginning(item) for item in value[:BEGINNING]] if isinstance(value, list) else value
-
-
-def _is_text(text: str) -> bool:
-    """Whether ``text`` can be written as UTF-8."""
-    return text.isascii() or not any("\ud800" <= c <= "\udfff" for c in text)
 
 
 def _shown(value: Any) -> str:

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from gm_ompl.errors import ScenarioError
-from gm_ompl.reading import one_line
+from gm_ompl.reading import is_text, one_line
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the top of the scenario down to a value."""
@@ -170,6 +170,8 @@ class _Builder:
             ]  # fmt: skip
         assert isinstance(node, yaml.ScalarNode)
         text = str(node.value)
+        if not is_text(text):
+            self._wrong(node, path, "half of a surrogate pair is no text")
         return scalar(text) if node.style is None else text
 
     def _mapping(
@@ -181,6 +183,9 @@ class _Builder:
                 self._wrong(key_node, path, "a key must be a plain word")
                 continue
             key = str(key_node.value)
+            if not is_text(key):
+                self._wrong(key_node, path, "half of a surrogate pair is no text")
+                continue
             here = (*path, key)
             if key in values:
                 first = self.document.places[here]
