@@ -35,7 +35,8 @@ NUMBERS: tuple[Any, ...] = (
 WORDS: tuple[str, ...] = (
     "", " ", "any", "all", "+x", "nan", "1e5", "90 deg", "1e400 rad", "%s %d %n", "{} {0} {x}",
     "$HOME", "../../etc/passwd", "ä ö 漢字 🤖", "\u202eabc", "a\nb\r\nc", "a\0b", "\ud800",
-    "x" * 5000, "[bold]x[/bold]", "$\\frac{1", "<script>alert(1)</script>", "\x1b[31m", "true", "null", "~",
+    "x" * 5000, "[bold]x[/bold]", "$\\frac{1", "<script>alert(1)</script>", "\x1b[31m", "true",
+    "null", "~",
 )  # fmt: skip
 OTHERS: tuple[Any, ...] = (None, True, False, [], {}, [[]], {"": {}}, [None], ["any", 1, {}])
 
