@@ -72,12 +72,12 @@ def bench(
         note: told what is being measured.
     """
     effort = effort or Effort()
+    problems = {name: api.load(name, overrides).problem for name in scenarios}
     note("start-up")
     help_s, first_plan_s = startup(scenarios[0], overrides, effort.repeat)
     pool, decisions, plans = _Pool(), [], []
-    for name in scenarios:
+    for name, problem in problems.items():
         note(f"{name}: decisions and plans")
-        problem = api.load(name, overrides).problem
         found = {search: searched(problem, search, effort.search_limit) for search in SEARCHES}
         for search, one in found.items():
             times = timed(one, effort.decisions, effort.with_highs, effort.repeat)

@@ -91,7 +91,7 @@ def test_a_file_of_another_kind_says_what_it_is(
     wanted = "plan" if reader[0] in ("check", "view", "export", "execute") else wanted
     wanted = "plan" if reader[:2] == ("plot", "{}") else wanted
     if "--params" not in reader and name.startswith(wanted):
-        pytest.skip("that is its kind")
+        return  # that is its kind
     command = [str(folder / name) if part == "{}" else part for part in reader]
     command = [str(folder / part) if part == "plan.json" else part for part in command]
     command = [str(tmp_path / part) if part.startswith("o") else part for part in command]

@@ -79,7 +79,6 @@ def test_a_misfit_is_refused_with_its_place(regrasp: Draft, name: str, tmp_path:
     file = tmp_path / "plan.json"
     file.write_text(json.dumps(draft, indent=1))
     for verb, *rest in (
-        ("plot", "-o", "x.pdf"), ("plot", "--show", "snapshots", "-o", "x.png"),
         ("plot", "--show", "search", "-o", "x.svg"), ("view", "--html", "x.html"),
         ("export", "-o", "x.csv"), ("execute",),
     ):  # fmt: skip
