@@ -12,9 +12,9 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, PoseRecord, RegraspStep
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.scenario import Scenario
 
 from .transit import transit
 
@@ -118,9 +118,9 @@ def tell(plan: Plan) -> Story:
     """Return the story of ``plan``.
 
     Raises:
-        ScenarioError: the scenario inside the plan cannot be used.
+        InputError: the scenario inside the plan cannot be used, or the steps do not fit it.
     """
-    problem = Scenario.from_resolved(plan.scenario).problem
+    problem = problem_of(plan)
     arcs = sum(step.kind == "displacement" for step in plan.steps)
     pace = min(ARC_SECONDS, LONGEST_DISPLACEMENT / max(arcs, 1))
     beats: list[Beat] = []

@@ -16,9 +16,9 @@ from rich.text import Text
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
-from gm_ompl.app.output import note
+from gm_ompl.app.output import made_folder, note
 from gm_ompl.app.study_verbs import CompareVerb
-from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
@@ -35,7 +35,7 @@ def compare_command(request: CompareVerb) -> Exit:
     """Make the runs that are missing, write everything, show the tables."""
     tasks = _tasks(request)
     with closing(make_executor(request.executor)) as executor:
-        folder = _folder(request.output)
+        folder = made_folder(request.output)
         with Store(folder / "runs.sqlite") as store:
             records = _compare(tasks, store, executor)
             best = optima(store.all())
@@ -72,14 +72,6 @@ def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
     return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,
                       limits)  # fmt: skip
-
-
-def _folder(path: Path) -> Path:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"-o {path}: cannot be made a folder: {error.strerror}") from None
-    return path.resolve()
 
 
 def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[Record, ...]:

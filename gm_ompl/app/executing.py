@@ -10,8 +10,8 @@ from typing import Any
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require
 from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.plan_files import opened
 from gm_ompl.app.show_verbs import ExecuteVerb
-from gm_ompl.plan.model import Plan
 from gm_ompl.simulation.disturb import DisturbanceReport, Largest, disturb, largest
 from gm_ompl.simulation.execute import perform, prepare
 from gm_ompl.simulation.pace import Pace
@@ -30,7 +30,8 @@ def execute_command(request: ExecuteVerb) -> Exit:
     _check(request)
     load()
     video, plot = writable(request.video, "--video"), writable(request.plot, "--plot")
-    setup = prepare(Plan.load(request.plan_file), Pace(speed=request.speed), lean=request.lean)
+    with opened(request.plan_file) as plan:
+        setup = prepare(plan, Pace(speed=request.speed), lean=request.lean)
     with nullcontext() if video is None else Film(video) as film:
         report, measured = perform(setup, watch=film)
     if plot is not None:

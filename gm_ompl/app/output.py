@@ -70,3 +70,16 @@ def writable(path: Path | None, option: str = "-o") -> Path | None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{option} {path}: folder {folder} is not writable")
     return target
+
+
+def made_folder(path: Path) -> Path:
+    """Return ``path`` with links resolved, a folder that is made where it does not exist.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"-o {path}: cannot be made a folder: {error.strerror}") from None
+    return path.resolve()

@@ -17,6 +17,7 @@ from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report, Status
 from gm_ompl.planners.trace_file import TraceFile
+from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
 
@@ -95,12 +96,7 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
         return {}
     from gm_ompl.scenario.document import parse
 
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--params {path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"--params {path}: not a text file in UTF-8") from error
+    text = read_text(path, PARAMETERS)
     try:
         parameters = parse(text, str(path)).tree
     except ScenarioError as error:
@@ -110,6 +106,13 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
         ) from None
     assert isinstance(parameters, dict), "the reader accepts nothing else"
     return parameters
+
+
+def _wrong_parameters(text: str) -> InputError:
+    return InputError(f"--params {text}")
+
+
+PARAMETERS = Kind("file of parameters", "JSON or YAML", 2**20, _wrong_parameters)
 
 
 def summary(plan: Plan) -> Iterator[str]:

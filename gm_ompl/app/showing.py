@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.plan_files import opened
 from gm_ompl.app.plan_verbs import CheckVerb, ListVerb
 from gm_ompl.app.show_verbs import ExportVerb, PlotVerb, ViewVerb
 from gm_ompl.errors import InputError, did_you_mean
@@ -49,7 +50,8 @@ def check_command(request: CheckVerb) -> Exit:
     """Judge the plan in the file and show what holds."""
     from gm_ompl import api
 
-    report = api.check(Plan.load(request.plan_file))
+    with opened(request.plan_file) as plan:
+        report = api.check(plan)
     if request.as_json:
         say_json(report.to_dict())
     else:
@@ -60,15 +62,16 @@ def check_command(request: CheckVerb) -> Exit:
 def view_command(request: ViewVerb) -> Exit:
     """Show the plan in the browser until interrupted, or write its page."""
     target = writable(request.html, "--html")
-    plan = Plan.load(request.plan_file)
     if target is not None:
-        write_html(plan, target)
+        with opened(request.plan_file) as plan:
+            write_html(plan, target)
         note(f"written to {request.html}")
         return Exit.OK
     from gm_ompl.viz.page import page
     from gm_ompl.viz.server import address, serving
 
-    text = page(plan)
+    with opened(request.plan_file) as plan:
+        text = page(plan)
     with serving(lambda: text, request.port) as server:
         try:
             say(f"{request.plan_file} is shown at {address(server)} (Ctrl-C ends)")
@@ -104,8 +107,8 @@ def plot_command(request: PlotVerb) -> Exit:
     assert target is not None
     if trace is not None and show != "search":
         raise InputError(f"--trace {trace}: is for --show search; add that")
-    with styled():
-        save(_figure(tell(Plan.load(request.plan_file)), show, trace), target)
+    with styled(), opened(request.plan_file) as plan:
+        save(_figure(tell(plan), show, trace), target)
     note(f"written to {request.output}")
     return Exit.OK
 
@@ -132,7 +135,8 @@ def export_command(request: ExportVerb) -> Exit:
 
     target = writable(request.output)
     assert target is not None
-    text = table(Plan.load(request.plan_file), Pace(speed=request.speed), request.rate)
+    with opened(request.plan_file) as plan:
+        text = table(plan, Pace(speed=request.speed), request.rate)
     write_text(target, text)
     note(f"written to {request.output}")
     return Exit.OK

@@ -9,7 +9,7 @@ from pathlib import Path
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
-from gm_ompl.app.output import note, say, writable
+from gm_ompl.app.output import made_folder, note, say, writable
 from gm_ompl.app.study_verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.cluster import make_executor
@@ -30,7 +30,7 @@ def tune_command(request: TuneVerb) -> Exit:
     assert output is not None
     folder = output.with_name(f"{output.stem}-study")
     with closing(make_executor(request.executor)) as executor:
-        folder.mkdir(exist_ok=True)
+        made_folder(folder)
         with Store(folder / "runs.sqlite") as store:
             tuned = tune(design, store, executor, folder / "journal.log", _watch)
     _write(request, output, folder, tuned)

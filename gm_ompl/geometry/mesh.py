@@ -10,12 +10,18 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError, did_you_mean
 from gm_ompl.geometry.triangles import TriangleMesh, checked
+from gm_ompl.reading import Kind, check_ordinary
 
 SUFFIXES = (".stl", ".obj", ".ply")
 """The formats that are read."""
 
 MAX_BYTES = 50 * 1024 * 1024
 """Larger files are refused unread: no mesh within ``MAX_FACES`` needs so much."""
+
+KIND = Kind(
+    "mesh", ", ".join(SUFFIXES), MAX_BYTES, GeometryError,
+    lambda _: "; the path counts from the scenario's folder",
+)  # fmt: skip
 
 MAX_FACES = 20_000
 """A mesh with more triangles is refused: plan files carry every one of them."""
@@ -44,15 +50,7 @@ def _check_file(path: Path) -> None:
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix.lower(), SUFFIXES)
         raise GeometryError(f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}")
-    try:
-        if not path.is_file():
-            what = "is no ordinary file" if path.exists() else "no such file"
-            raise GeometryError(f"{path}: {what}; the path counts from the scenario's folder")
-        size = path.stat().st_size
-    except OSError as error:
-        raise GeometryError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if size > MAX_BYTES:
-        raise GeometryError(f"{path}: {size} bytes; a mesh has at most {MAX_BYTES // 2**20} MiB")
+    check_ordinary(path, KIND)
 
 
 def _triangles(path: Path, scale: float) -> tuple[Array, IntArray]:

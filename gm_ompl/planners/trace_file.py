@@ -21,9 +21,15 @@ from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Progress, Report
 from gm_ompl.planners.trace import Expansion, Vertex
+from gm_ompl.reading import Kind, read_text
 from gm_ompl.writing import whole
 
 FORMAT: Final = "gm-ompl-trace/1"
+
+KIND: Final = Kind(
+    "trace", "JSON lines, as `gm-ompl plan --trace` writes it", 128 * 2**20,
+    lambda text: InputError(f"--trace {text}"),
+)  # fmt: skip
 
 WHOLE: Final = 100_000
 """So many expansions are all kept; of each further lot as many, only every second, fourth, ..."""
@@ -126,12 +132,7 @@ def read_trace(path: Path) -> Told:
     Raises:
         InputError: it cannot be read or is no trace; the message names file and line.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"--trace {path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"--trace {path}: not a text file in UTF-8") from error
+    lines = read_text(path, KIND).splitlines()
     records = [_record(path, k, line, len(lines)) for k, line in enumerate(lines)]
     if not records or records[0].get("format") != FORMAT:
         raise InputError(f'--trace {path}:1: not a trace; its first line says "format": "{FORMAT}"')

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from gm_ompl.errors import ScenarioError
+from gm_ompl.reading import is_text, one_line
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the top of the scenario down to a value."""
@@ -31,6 +32,17 @@ class StrictLoader(yaml.SafeLoader):
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 (PyYAML names it)
 
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._left = MAX_VALUES
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose one node; stops where a text has far too many of them."""
+        self._left -= 1
+        if self._left < 0:
+            raise yaml.YAMLError(f"more than {MAX_VALUES} values")
+        return super().compose_node(parent, index)
+
 
 def scalar(text: str) -> object:
     """Return what a plain (unquoted) scalar means; YAML 1.2's core rules, decimal only."""
@@ -44,11 +56,6 @@ def scalar(text: str) -> object:
 def dotted(path: Path) -> str:
     """Return ``path`` as the user writes it: keys and list numbers with dots between."""
     return ".".join(str(part) for part in path)
-
-
-def one_line(text: str) -> str:
-    """Return ``text`` with line breaks and other control characters written as escapes."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def shown(value: object) -> str:
@@ -163,6 +170,8 @@ class _Builder:
             ]  # fmt: skip
         assert isinstance(node, yaml.ScalarNode)
         text = str(node.value)
+        if not is_text(text):
+            self._wrong(node, path, "half of a surrogate pair is no text")
         return scalar(text) if node.style is None else text
 
     def _mapping(
@@ -174,6 +183,9 @@ class _Builder:
                 self._wrong(key_node, path, "a key must be a plain word")
                 continue
             key = str(key_node.value)
+            if not is_text(key):
+                self._wrong(key_node, path, "half of a surrogate pair is no text")
+                continue
             here = (*path, key)
             if key in values:
                 first = self.document.places[here]

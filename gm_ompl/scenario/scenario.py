@@ -18,6 +18,9 @@ from gm_ompl.scenario.messages import validation_problems, value_problem
 from gm_ompl.scenario.model import ExpectModel, ScenarioModel
 from gm_ompl.scenario.shapes import with_meshes
 
+MAX_SHOWN = 40
+"""Mistakes reported at once."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
@@ -44,7 +47,11 @@ class Scenario:
         model, mistakes = _validate(document)
         problems += mistakes
         if problems or model is None:
-            raise ScenarioError(list(dict.fromkeys(problems)))
+            problems = list(dict.fromkeys(problems))
+            if len(problems) > MAX_SHOWN:
+                more = f"{document.label}: and {len(problems) - MAX_SHOWN} more mistakes"
+                problems[MAX_SHOWN:] = [more]
+            raise ScenarioError(problems)
         model = with_meshes(model, document)
         return cls(model, document, build_problem(model, document))
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.measure import Measurement
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import STEP
@@ -60,7 +60,7 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
     Raises:
         InputError: the plan moves nothing, or its scenario cannot be simulated.
     """
-    problem = Scenario.from_resolved(plan.scenario).problem
+    problem = problem_of(plan)
     pace, units = pace or Pace(), Units.of(problem)
     line = schedule(plan, problem, pace, STEP, lean=lean)
     return Setup(plan, problem, pace, units, line, world(problem, units))

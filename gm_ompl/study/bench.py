@@ -62,13 +62,13 @@ def bench(
         highs: decisions per search made with HiGHS, too.
         search_limit: wall time of a search [s].
     """
+    problems = {name: api.load(name, overrides).problem for name in scenarios}
     note("start-up")
     start: Json = startup(scenarios[0], overrides, repeat)
     pool: dict[str, Times] = {search: defaultdict(list) for search in SEARCHES}
     decisions, plans = [], []
-    for name in scenarios:
+    for name, problem in problems.items():
         note(f"{name}: decisions and plans")
-        problem = api.load(name, overrides).problem
         found = {search: searched(problem, search, search_limit) for search in SEARCHES}
         mean: list[float] = []
         for search, one in found.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import InputError
+from gm_ompl.reading import Kind, check_ordinary
 
 History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
 
@@ -88,6 +90,8 @@ class Record:
         return self.cost is not None
 
 
+KIND = Kind("store of runs", "SQLite, as compare and tune write it", 2**40)
+
 _COLUMNS = tuple(field.name for field in fields(Record))
 _JSON = ("parameters", "history")
 _CREATE = f"""CREATE TABLE IF NOT EXISTS runs
@@ -106,6 +110,8 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        if os.path.lexists(path):
+            check_ordinary(path, KIND)
         with _named(path):
             self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode=WAL")
@@ -132,23 +138,26 @@ class Store:
 
     def get(self, keys: Iterable[str]) -> dict[str, Record]:
         """Return the stored ones of the runs with these keys."""
-        found: dict[str, Record] = {}
-        with _named(self.path):
-            for key in keys:
-                rows = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,))
-                found.update((key, _record(row)) for row in rows)
-        return found
+        select = "SELECT * FROM runs WHERE key = ?"
+        records = (record for key in keys for record in self._select(select, (key,)))
+        return {record.key: record for record in records}
 
     def all(self) -> tuple[Record, ...]:
         """Return every stored run, in the order in which they finished."""
-        with _named(self.path):
-            rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid")
-            return tuple(_record(row) for row in rows)
+        return tuple(self._select("SELECT * FROM runs ORDER BY rowid"))
+
+    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[Record]:
+        try:
+            return [_record(row) for row in self._connection.execute(command, values)]
+        except (sqlite3.Error, ValueError, TypeError) as error:
+            raise InputError(
+                f"{self.path}: is damaged ({error}); name another folder, or delete the file"
+            ) from None
 
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Name the file where SQLite cannot use it: a full disk, another file, a torn one.
+    """Name the file where SQLite cannot write it: a full disk, another file.
 
     Raises:
         InputError: that is so.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +22,7 @@ import numpy as np
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.planners.parameters import Parameter, Value
 from gm_ompl.planners.registry import PLANNERS, make_planner
+from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.journal import JournalLock, writing_journal
@@ -89,6 +91,9 @@ class Design:
         tasks = [task.to_dict() for task in self.tasks({})]
         text = json.dumps([tasks, self.objective, self.seed, code_version()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+JOURNAL = Kind("journal of trials", "JSON lines, as tune writes it", 2**30)
 
 
 @dataclass(frozen=True)
@@ -185,14 +190,25 @@ def _front(trials: Sequence[Tried]) -> tuple[int, ...]:
 
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
-    """Open or begin the study; a trial that was under way when it was killed is given up."""
+    """Open or begin the study; a trial that was under way when it was killed is given up.
+
+    Raises:
+        InputError: there is a journal that cannot be read.
+    """
+    if os.path.lexists(journal):
+        check_ordinary(journal, JOURNAL)
     backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))
-    study = optuna.create_study(
-        storage=optuna.storages.JournalStorage(backend),
-        study_name=design.key,
-        directions=["minimize"] * len(OBJECTIVES[design.objective]),
-        load_if_exists=True,
-    )
+    try:
+        study = optuna.create_study(
+            storage=optuna.storages.JournalStorage(backend),
+            study_name=design.key,
+            directions=["minimize"] * len(OBJECTIVES[design.objective]),
+            load_if_exists=True,
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:  # whatever its lines say
+        raise InputError(
+            f"{journal}: is damaged ({error}); name another -o, or delete the file"
+        ) from None
     state = optuna.trial.TrialState
     for trial in study.get_trials(states=(state.RUNNING,)):
         study.tell(trial.number, state=state.FAIL)

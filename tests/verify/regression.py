@@ -22,11 +22,14 @@ from gm_ompl import api
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import MEGABYTE, resident_memory
+from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text
 from tests.verify.expectations import COST, disagreements
 
 BASELINE = Path(__file__).with_name("regression_baseline.json")
+
+KIND = Kind("baseline", "JSON", 2**20, hint=lambda _: "; --record makes one")
 
 SLOWER, LARGER = 1.5, 1.25
 """Factors on time and memory up to which a scenario counts as unchanged: the same search differs by
@@ -124,9 +127,9 @@ def read_baseline(path: Path) -> dict[str, Figures]:
         InputError: the file is missing or is none.
     """
     try:
-        tree: Mapping[str, Mapping[str, object]] = json.loads(path.read_text(encoding="utf-8"))
+        tree: Mapping[str, Mapping[str, object]] = json.loads(read_text(path, KIND))
         return {name: Figures(**row) for name, row in tree.items()}  # type: ignore[arg-type]
-    except (OSError, ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: no baseline: {error}; --record makes one") from None
 
 
