@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gm_ompl.api import check, explain, judge, load, plan
     from gm_ompl.errors import GmOmplError, InputError
+    from gm_ompl.geometry.pose import Pose, Twist
     from gm_ompl.ompl_setup import plan_from, setup
     from gm_ompl.plan.model import Plan
 
@@ -21,6 +22,8 @@ _HOMES = {
     "GmOmplError": "gm_ompl.errors",
     "InputError": "gm_ompl.errors",
     "Plan": "gm_ompl.plan.model",
+    "Pose": "gm_ompl.geometry.pose",
+    "Twist": "gm_ompl.geometry.pose",
     "check": "gm_ompl.api",
     "explain": "gm_ompl.api",
     "judge": "gm_ompl.api",
@@ -34,6 +37,8 @@ __all__ = [
     "GmOmplError",
     "InputError",
     "Plan",
+    "Pose",
+    "Twist",
     "__version__",
     "check",
     "explain",

@@ -14,7 +14,9 @@ from gm_ompl.errors import InputError
 from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.feasibility.verdict import Finding, Verdict
+from gm_ompl.feasibility.verdict import Verdict
+from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.motion.arc import Moment
 from gm_ompl.moves import Move
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
@@ -128,32 +130,52 @@ def check(plan: Plan) -> CheckReport:
 
 def judge(
     scenario: ScenarioLike,
-    q: Sequence[float],
-    direction: Sequence[float] | None,
-    placements: Sequence[PlacementLike],
+    q: Sequence[float] | None = None,
+    direction: Sequence[float] | None = None,
+    placements: Sequence[PlacementLike] = (),
+    *,
+    pose: Pose | None = None,
+    twist: Twist | None = None,
 ) -> Verdict:
     """Judge one instant (Sec. 4.2): geometry, the choice of modes, and the margin z.
+
+    The instant is given by the scenario's coordinates (``q``, ``direction``) or, whatever the
+    scenario's motion, by ``pose`` and ``twist``.
 
     Args:
         scenario: where it happens.
         q: object coordinates (d,): ``[s]`` on a path, ``[x, y, yaw]`` in the plane.
         direction: of the object's motion (d,); None at rest.
         placements: per finger, a row of the placement table or (face, cell).
+        pose: instead of ``q``, where the object is.
+        twist: with ``pose``, the object's velocity, of any magnitude; None at rest.
 
     Raises:
-        InputError: coordinates or placements do not fit the scenario.
+        InputError: coordinates or placements do not fit the scenario, or both forms are mixed.
     """
     problem = _loaded(scenario).problem
+    moment, rows = _moment(problem, q, direction, pose, twist), _rows(problem, placements)
+    return _judge(problem).segment(moment, rows)
+
+
+def _moment(
+    problem: Problem,
+    q: Sequence[float] | None,
+    direction: Sequence[float] | None,
+    pose: Pose | None,
+    twist: Twist | None,
+) -> Moment:
+    if (q is None) == (pose is None) or (pose is None and twist is not None):
+        raise InputError("judge: give either q (and direction) or pose (and twist)")
+    if pose is not None:
+        if direction is not None:
+            raise InputError("judge: direction: goes with q; with pose, give twist")
+        return Moment(pose, twist)
+    assert q is not None
     _fit("q", q, problem)
     if direction is not None:
         _fit("direction", direction, problem)
-    rows, at, referee = _rows(problem, placements), tuple(map(float, q)), _judge(problem)
-    if direction is not None:
-        return referee.segment(at, tuple(map(float, direction)), rows)
-    if not referee.placements_valid(at, rows):
-        return Verdict(Finding.GEOMETRY)
-    decision = referee.rest(at, tuple(range(len(rows))), rows)
-    return Verdict.of(decision, problem.mechanics.z_min)
+    return problem.motion.moment(q, direction)
 
 
 def explain(

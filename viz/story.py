@@ -9,11 +9,14 @@ from typing import Final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Moment, Segment
+from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.fit import problem_of
-from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, PoseRecord, RegraspStep
+from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Problem
 
 from .transit import transit
@@ -146,13 +149,10 @@ def _displacement(
     count = len(step.segments)
     usual = problem.cost.samples_per_arc
     seconds = pace * max(1.0, count / usual) / count
-    tail, head = np.array(step.from_), np.array(step.to)
     beats = []
-    for j, segment in enumerate(step.segments):
-        ends = [tail + (head - tail) * (k / count) for k in (j, j + 1)]
-        poses = _poses(problem, ends[0], ends[1])
-        if j == 0:
-            poses[0] = _same_side(_recorded(step.pose_from), poses[0])
+    parts = arc_of(step).segments(count)
+    for j, (part, segment) in enumerate(zip(parts, step.segments, strict=True)):
+        poses = _poses(part)
         if j == count - 1:
             poses[-1] = _same_side(_recorded(step.pose_to), poses[-1])
         beats.append(
@@ -166,15 +166,14 @@ def _displacement(
                 f_com=segment.f_com,
                 z=segment.z,
                 placements=step.placements,
-                contacts=_contacts(problem, 0.5 * (ends[0] + ends[1]), head - tail),
+                contacts=contacts_at(part.middle, problem.body, problem.environment),
             )
         )
     return beats
 
 
 def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> Beat:
-    q = np.array(step.at)
-    pose = problem.motion.pose(q)
+    pose = problem.motion.pose(step.at)
     return Beat(
         start=now,
         end=now + REGRASP_SECONDS,
@@ -188,25 +187,16 @@ def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> Be
         lifted=step.finger,
         target=step.to,
         path=transit(problem, pose, step.finger, step.from_, step.to),
-        contacts=_contacts(problem, q, None),
+        contacts=contacts_at(Moment(pose), problem.body, problem.environment),
     )
 
 
-def _contacts(problem: Problem, q: Array, dq: Array | None) -> ContactState:
-    """Return the environment contacts at ``q`` under motion along ``dq``; None is at rest."""
-    pose = problem.motion.pose(q)
-    twist = None if dq is None else problem.motion.velocity(q, dq)
-    touching = environment_contacts(problem.body, problem.environment, pose)
-    return contact_state(touching, pose, twist, problem.body)
-
-
-def _poses(problem: Problem, tail: Array, head: Array) -> Array:
-    """Return poses (p, 7) from ``tail`` to ``head``, close enough to be interpolated."""
-    first, last = (pose_row(problem.motion.pose(q)) for q in (tail, head))
+def _poses(part: Segment) -> Array:
+    """Return poses (p, 7) along a segment, close enough to be interpolated."""
+    first, last = pose_row(part.start), pose_row(part.end)
     turned = 2.0 * np.arccos(min(1.0, abs(float(first[3:] @ last[3:]))))
     parts = min(max(1, int(np.ceil(turned / TURN))), POSES - 1)
-    between = (tail + (head - tail) * (k / parts) for k in range(1, parts))
-    rows = [first, *(pose_row(problem.motion.pose(q)) for q in between), last]
+    rows = [first, *(pose_row(part.pose(k / parts)) for k in range(1, parts)), last]
     for before, row in itertools.pairwise(rows):
         row[:] = _same_side(row, before)
     return np.array(rows)

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
+from gm_ompl.check.arcs import check_arc
 from gm_ompl.check.coordinates import crossed, lattice_steps, outside
 from gm_ompl.check.findings import Findings
 from gm_ompl.check.hold import Hold, check_hold
 from gm_ompl.check.places import check_placements, check_pose
 from gm_ompl.check.referee import Referee
 from gm_ompl.contact.decision import ControlMode
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Arc
 from gm_ompl.plan.model import DisplacementStep
 from gm_ompl.problem import Placements
 
@@ -20,32 +21,24 @@ from gm_ompl.problem import Placements
 def check_displacement(referee: Referee, step: DisplacementStep, found: Findings) -> None:
     """Judge a displacement step by itself; note what does not hold."""
     rows = check_placements(referee, step.placements, found)
-    if not _check_arc(referee, step, found):
+    if not _check_coordinates(referee, step, found):
         return
-    check_pose(referee, "pose_from", step.pose_from, step.from_, found)
-    check_pose(referee, "pose_to", step.pose_to, step.to, found)
-    parts = len(step.segments)
+    arc = referee.problem.motion.arc(step.from_, step.to)
+    check_pose(referee, "pose_from", step.pose_from, arc.start, found)
+    check_pose(referee, "pose_to", step.pose_to, arc.end, found)
+    check_arc(referee, step.arc, arc, found)
     if rows is None or not _check_density(referee, step, found):
         return
-    cuts = [_between(step, j / parts) for j in range(parts + 1)]
-    midpoints = [_between(step, (j + 0.5) / parts) for j in range(parts)]
-    for name, q in (("from", step.from_), ("to", step.to)):
-        reason = referee.blocked(q, rows)
+    for name, q, pose in (("from", step.from_, arc.start), ("to", step.to, arc.end)):
+        reason = referee.blocked(pose, rows)
         found.check("geometry", reason is None, f"at '{name}' {list(q)}: {reason}")
-    for j, q in enumerate(midpoints):
-        reason = referee.blocked(q, rows)
-        found.check("geometry", reason is None, f"at its midpoint {list(q)}: {reason}", j)
-    _check_segments(referee, step, rows, midpoints, found)
-    _check_cost(referee, step, rows, cuts, found)
+    reason = referee.blocked_along(arc, rows)
+    found.check("geometry", reason is None, f"on the way: {reason}")
+    _check_segments(referee, step, rows, arc, found)
+    _check_cost(referee, step, rows, arc, found)
 
 
-def _between(step: DisplacementStep, fraction: float) -> Coordinates:
-    if fraction in (0.0, 1.0):
-        return step.to if fraction else step.from_
-    return tuple(u + fraction * (v - u) for u, v in zip(step.from_, step.to, strict=True))
-
-
-def _check_arc(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
+def _check_coordinates(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
     """Judge the coordinates; return whether the rest of the step can be judged."""
     problem, tolerances = referee.problem, referee.tolerances
     for name, q in (("from", step.from_), ("to", step.to)):
@@ -111,13 +104,15 @@ def _check_segments(
     referee: Referee,
     step: DisplacementStep,
     rows: Placements,
-    midpoints: list[Coordinates],
+    arc: Arc,
     found: Findings,
 ) -> None:
-    direction = tuple(v - u for u, v in zip(step.from_, step.to, strict=True))
-    for j, (q, segment) in enumerate(zip(midpoints, step.segments, strict=True)):
+    middles = arc.middles(len(step.segments))
+    for j, (moment, segment) in enumerate(zip(middles, step.segments, strict=True)):
+        reason = referee.blocked(moment.pose, rows)
+        found.check("geometry", reason is None, f"at its midpoint: {reason}", j)
         hold = Hold(
-            contacts=referee.contacts(q, direction),
+            contacts=referee.contacts(moment),
             fingers=tuple(range(len(rows))),
             rows=rows,
             modes=tuple(ControlMode(mode) for mode in segment.modes),
@@ -132,7 +127,7 @@ def _check_cost(
     referee: Referee,
     step: DisplacementStep,
     rows: Placements,
-    cuts: list[Coordinates],
+    arc: Arc,
     found: Findings,
 ) -> None:
     """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
@@ -140,7 +135,7 @@ def _check_cost(
     if not (z > 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
     weights = 1.0 + referee.problem.cost.stability / z
-    cost = float((weights @ referee.chords(cuts, rows)).max(initial=0.0))
+    cost = float((weights @ referee.chords(arc, rows, len(z))).max(initial=0.0))
     found.cost = cost
     allowed = referee.tolerances.cost * max(cost, 0.0)
     found.check(

@@ -9,23 +9,23 @@ import numpy as np
 from gm_ompl.check.findings import Findings
 from gm_ompl.check.referee import Referee
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.plan.model import PlacementRecord, PoseRecord
+from gm_ompl.plan.model import PlacementRecord
+from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Placements
 
 
 def check_pose(
-    referee: Referee, name: str, claimed: PoseRecord, q: Coordinates, found: Findings
+    referee: Referee, name: str, claimed: PoseRecord, pose: Pose, found: Findings
 ) -> None:
-    """Judge whether ``claimed`` is the motion's pose at ``q``."""
-    tolerances, pose = referee.tolerances, referee.problem.motion.pose(q)
+    """Judge whether ``claimed`` is the motion's ``pose``."""
+    tolerances = referee.tolerances
     off = float(np.abs(np.array(claimed.position) - pose.position).max())
     # Positions far from the origin carry the rounding of their own size.
     allowed = tolerances.length * max(referee.diagonal, float(np.abs(pose.position).max()))
     found.check(
         "pose",
         off <= allowed,
-        f"{name}.position {_list(claimed.position)} is claimed; at {_list(q)} it is "
+        f"{name}.position {_list(claimed.position)} is claimed; at these coordinates it is "
         f"{_list(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
     )
     length = float(np.linalg.norm(claimed.quaternion))
@@ -40,7 +40,7 @@ def check_pose(
         found.check(
             "pose",
             off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
-            f"{name}.quaternion {_list(claimed.quaternion)} is claimed; at {_list(q)} it is "
+            f"{name}.quaternion {_list(claimed.quaternion)} is claimed; at these coordinates it is "
             f"{_list(pose.quaternion())} (rotation off by {off:.3g})",
         )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -11,14 +10,16 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.check.remembered import Margins, Remembered, bound
 from gm_ompl.check.settings import Tolerances
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.reference.modes import combinations, decide_modes, margin
 from gm_ompl.reference.stability import NEGLIGIBLE, stability
 from gm_ompl.reference.statics import Statics, statics
+from gm_ompl.reference.swept import SweptJudge
 
 Fingers = tuple[int, ...]
 Modes = tuple[ControlMode, ...]
@@ -43,6 +44,7 @@ class Referee:
         environment = problem.environment
         bodies = [obstacle.body for obstacle in environment.obstacles]
         self._scene = Scene(problem.body, bodies, environment.floor)
+        self._swept = SweptJudge(problem.body, tuple(bodies), environment.floor)
         self._best: dict[object, ModeDecision] = {}
         self._margin: dict[object, float] = {}
         self._internal: dict[object, bool] = {}
@@ -63,17 +65,13 @@ class Referee:
         weight = self.problem.mass * self.problem.mechanics.gravity
         return weight or float(self.problem.fingers.max_normal_force.max(initial=0.0))
 
-    def contacts(self, q: Coordinates, direction: Coordinates | None) -> ContactState:
-        """Return the environment contacts at ``q`` while moving in ``direction``; None: at rest."""
-        problem = self.problem
-        pose = problem.motion.pose(q)
-        twist = None if direction is None else problem.motion.velocity(q, direction)
-        touching = environment_contacts(problem.body, problem.environment, pose)
-        return contact_state(touching, pose, twist, problem.body)
+    def contacts(self, moment: Moment) -> ContactState:
+        """Return the environment contacts at ``moment``."""
+        return contacts_at(moment, self.problem.body, self.problem.environment)
 
-    def blocked(self, q: Coordinates, rows: Placements) -> str | None:
-        """Return why the configuration is geometrically invalid, or None where it is valid."""
-        pose, fingers = self.problem.motion.pose(q), self.problem.fingers
+    def blocked(self, pose: Pose, rows: Placements) -> str | None:
+        """Return why the object at ``pose`` is geometrically invalid, or None where it is valid."""
+        fingers = self.problem.fingers
         if not self._scene.object_free(pose):
             return "the object penetrates its environment"
         centres, pieces = self.centres(rows), fingers.placements.piece[list(rows)]
@@ -94,6 +92,17 @@ class Referee:
                     )
         return None
 
+    def blocked_along(self, arc: Arc, rows: Placements) -> str | None:
+        """Return what penetrates the environment anywhere along ``arc``, or None."""
+        at = self._swept.object_blocked(arc)
+        if at is not None:
+            return f"the object penetrates its environment {at:.1%} along the arc"
+        for i, centre in enumerate(self.centres(rows)):
+            at = self._swept.tip_blocked(arc, centre, float(self.problem.fingers.radius[i]))
+            if at is not None:
+                return f"the fingertip of finger {i} penetrates floor or obstacle {at:.1%} along it"
+        return None
+
     def centres(self, placements: Placements) -> Array:
         """Return the fingertip centres (n, 3), object frame, one row per finger."""
         fingers = self.problem.fingers
@@ -102,12 +111,9 @@ class Referee:
         outward: Array = table.points[rows] - fingers.radius[:, None] * table.normals[rows]
         return outward
 
-    def chords(self, cuts: Sequence[Coordinates], placements: Placements) -> Array:
-        """Return how far each fingertip centre goes between successive ``cuts``, (P, n)."""
-        centres = self.centres(placements)
-        places = np.array([self.problem.motion.pose(q).apply(centres) for q in cuts])
-        lengths: Array = np.linalg.norm(np.diff(places, axis=0), axis=2)
-        return lengths
+    def chords(self, arc: Arc, placements: Placements, parts: int) -> Array:
+        """Return how far each fingertip centre goes in each of an arc's equal parts, (P, n)."""
+        return arc.chords(self.centres(placements), parts)
 
     def best(self, contacts: ContactState, fingers: Fingers, rows: Placements) -> ModeDecision:
         """Return Sec. 3.4's best for ``fingers`` at ``rows``."""

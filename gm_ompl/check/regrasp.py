@@ -19,7 +19,7 @@ def check_regrasp(referee: Referee, step: RegraspStep, found: Findings) -> None:
     judged = _check_place(referee, step, found) and _check_finger(referee, step, found)
     if not judged or rows is None:
         return
-    reason = referee.blocked(step.at, rows)
+    reason = referee.blocked(referee.problem.motion.pose(step.at), rows)
     found.check("geometry", reason is None, f"before the regrasp: {reason}")
     if target is not None:
         _check_target(referee, step, rows, target, found)
@@ -97,7 +97,7 @@ def _check_target(
         f"{named(referee, target)} is taken by finger {taken[0] if taken else ''}",
     )
     after = (*rows[: step.finger], target, *rows[step.finger + 1 :])
-    reason = referee.blocked(step.at, after)
+    reason = referee.blocked(referee.problem.motion.pose(step.at), after)
     found.check(
         "target", reason is None, f"finger {step.finger} at {named(referee, target)}: {reason}"
     )
@@ -106,7 +106,7 @@ def _check_target(
 def _check_rest(referee: Referee, step: RegraspStep, rows: Placements, found: Findings) -> None:
     rest = tuple(i for i in range(len(rows)) if i != step.finger)
     hold = Hold(
-        contacts=referee.contacts(step.at, None),
+        contacts=referee.contacts(referee.problem.motion.moment(step.at)),
         fingers=rest,
         rows=tuple(rows[i] for i in rest),
         modes=tuple(ControlMode(step.modes[i]) for i in rest),

@@ -12,9 +12,9 @@ from gm_ompl.plan.model import (
     DisplacementStep,
     PlacementRecord,
     Plan,
-    PoseRecord,
     RegraspStep,
 )
+from gm_ompl.plan.record import PoseRecord
 
 AnyStep = DisplacementStep | RegraspStep
 Spots = tuple[tuple[str, tuple[int, int]], ...]

@@ -16,6 +16,7 @@ from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.separation import PlacedPiece
 from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.motion.arc import Moment
 
 TOUCHING = 1e-7
 """A gap of at most this, relative to D, is a contact."""
@@ -194,6 +195,12 @@ def contact_state(
         speed[speed <= slow] = np.inf  # at rest: no direction
         slip = (tangential / speed[:, None]) @ pose.rotation
     return ContactState(pose.to_object(world), upright @ pose.rotation, slip, pose.rotation)
+
+
+def contacts_at(moment: Moment, body: Body, environment: Surroundings) -> ContactState:
+    """Return the contacts of the object with its environment at one instant of its motion."""
+    touching = environment_contacts(body, environment, moment.pose)
+    return contact_state(touching, moment.pose, moment.twist, body)
 
 
 def _needed(contacts: EnvironmentContacts, twist: Twist | None) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import final
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.explain.blame import Blame
 from gm_ompl.explain.values import InstantLine, ModeLine
 from gm_ompl.feasibility.judge import Judge
@@ -40,13 +40,7 @@ class Explainer:
         self, q: Coordinates, direction: Coordinates | None, placements: Placements
     ) -> Verdict:
         """Return the judge's verdict, z exact."""
-        if direction is not None:
-            return self.judge.segment(q, direction, placements)
-        if not self.judge.placements_valid(q, placements):
-            return Verdict(Finding.GEOMETRY)
-        everyone = tuple(range(len(placements)))
-        decision = self.judge.rest(q, everyone, placements)
-        return Verdict.of(decision, self.problem.mechanics.z_min)
+        return self.judge.segment(self.problem.motion.moment(q, direction), placements)
 
     def line(
         self,
@@ -93,10 +87,8 @@ class Explainer:
     def _modes(
         self, q: Coordinates, direction: Coordinates | None, placements: Placements
     ) -> tuple[ModeLine, ...]:
-        problem, pose = self.problem, self.problem.motion.pose(q)
-        twist = None if direction is None else problem.motion.velocity(q, direction)
-        touching = environment_contacts(problem.body, problem.environment, pose)
-        contacts = contact_state(touching, pose, twist, problem.body)
+        problem, moment = self.problem, self.problem.motion.moment(q, direction)
+        contacts = contacts_at(moment, problem.body, problem.environment)
         everyone = tuple(range(len(placements)))
         instant = problem.instant(contacts, everyone, placements)
         found = {d.modes: d for d in Alternatives.of(instant).modes(0.0)}

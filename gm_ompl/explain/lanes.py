@@ -11,8 +11,12 @@ from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.graph.goals import GoalNodes, start_node
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Moment
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements, Problem
+
+LOOKS = (16, 128, 1024)
+"""Places looked at on an arc that is blocked between its midpoints."""
 
 
 def names(problem: Problem, placements: Placements) -> tuple[str, ...]:
@@ -38,8 +42,8 @@ def scan(
 ) -> Iterator[tuple[Coordinates, Coordinates, Verdict]]:
     """Yield (q, direction, verdict) from the start to the goal, or in the other order.
 
-    Nodes between arcs are judged by geometry alone, segments at their midpoints. The motion is
-    always the one from start to goal.
+    Nodes and arcs are judged by geometry, arcs throughout, and segments at their midpoints. The
+    motion is always the one from start to goal.
 
     Args:
         explainer: of the problem.
@@ -52,19 +56,44 @@ def scan(
     P, axis = problem.cost.samples_per_arc, problem.lattice.axes[0]
     step = 1 if goal >= start else -1
     below = problem.mechanics.z_min if quick else 0.0
-    places: list[tuple[Coordinates, bool]] = [((float(axis[start]),), True)]
+    places: list[tuple[Coordinates, Moment | None]] = [((float(axis[start]),), None)]
     direction: Coordinates = (float(step),)
     for k in range(start, goal, step):
-        a, b = float(axis[k]), float(axis[k + step])
-        direction = (b - a,)
-        places += [((a + (2 * j + 1) / (2 * P) * (b - a),), False) for j in range(P)]
-        places.append(((b,), True))
-    for q, is_node in reversed(places) if backwards else places:
-        if is_node:
-            if not judge.placements_valid(q, placements):
-                yield q, direction, Verdict(Finding.GEOMETRY)
-        else:
-            yield q, direction, judge.segment(q, direction, placements, below)
+        tail, head = (float(axis[k]),), (float(axis[k + step]),)
+        direction = (head[0] - tail[0],)
+        hit = blocked_at(explainer, tail, head, placements)
+        if hit is not None:
+            places.append((hit, None))
+        middles = problem.motion.arc(tail, head).middles(P)
+        places += [(between(tail, head, (2 * j + 1) / (2 * P)), m) for j, m in enumerate(middles)]
+        places.append((head, None))
+    for q, moment in reversed(places) if backwards else places:
+        if moment is not None:
+            yield q, direction, judge.segment(moment, placements, below)
+        elif not judge.placements_valid(problem.motion.pose(q), placements):
+            yield q, direction, Verdict(Finding.GEOMETRY)
+
+
+def blocked_at(
+    explainer: Explainer, tail: Coordinates, head: Coordinates, placements: Placements
+) -> Coordinates | None:
+    """Return where something penetrates on an arc that no node and no midpoint shows.
+
+    None where the arc is free, or where its ends or midpoints tell already.
+    """
+    problem, judge = explainer.problem, explainer.judge
+    arc, P = problem.motion.arc(tail, head), problem.cost.samples_per_arc
+    if judge.along(arc).admits(placements):
+        return None
+    shown = (arc.start, arc.end, *(moment.pose for moment in arc.middles(P)))
+    if not all(judge.placements_valid(pose, placements) for pose in shown):
+        return None
+    for count in LOOKS:
+        for k in range(count):
+            t = (k + 0.5) / count
+            if not judge.placements_valid(arc.pose(t), placements):
+                return between(tail, head, t)
+    return between(tail, head, 0.5)
 
 
 def first_failure(
@@ -118,13 +147,14 @@ def _lifts(
     if not len(before):
         return ()
     at: Coordinates = (float(before[-1] if goal >= start else before[0]),)
-    if not explainer.judge.placements_valid(at, placements):
+    pose = problem.motion.pose(at)
+    if not explainer.judge.placements_valid(pose, placements):
         return ()
     found = []
     for i in range(len(placements)):
         others = tuple(j for j in range(len(placements)) if j != i)
         rows = tuple(placements[j] for j in others)
-        decision = explainer.judge.rest(at, others, rows)
+        decision = explainer.judge.rest(pose, others, rows)
         found.append(explainer.ratio(Verdict.of(decision, problem.mechanics.z_min)))
     return tuple(found)
 

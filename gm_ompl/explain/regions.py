@@ -9,11 +9,11 @@ from typing import final
 import numpy as np
 
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import names
+from gm_ompl.explain.lanes import blocked_at, names
 from gm_ompl.explain.values import InstantLine, SetLine
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.graph.goals import GoalNodes, start_node
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements
 
 NODES = 1500
@@ -59,7 +59,7 @@ class Region:
         valid = set()
         for node in sources:
             q = lattice.coordinates(node)
-            if judge.placements_valid(q, self._placements):
+            if judge.placements_valid(self._explainer.problem.motion.pose(q), self._placements):
                 valid.add(node)
             else:
                 self._note(q, q, Verdict(Finding.GEOMETRY))
@@ -78,12 +78,16 @@ class Region:
         problem, judge = self._explainer.problem, self._explainer.judge
         direction = tuple(b - a for a, b in zip(tail, head, strict=True))
         P = problem.cost.samples_per_arc
-        if not judge.placements_valid(new, self._placements):
+        if not judge.placements_valid(problem.motion.pose(new), self._placements):
             self._note(new, direction, Verdict(Finding.GEOMETRY))
             return False
-        for j in range(P):
-            q = tuple(a + (2 * j + 1) / (2 * P) * d for a, d in zip(tail, direction, strict=True))
-            verdict = judge.segment(q, direction, self._placements, problem.mechanics.z_min)
+        hit = blocked_at(self._explainer, tail, head, self._placements)
+        if hit is not None:
+            self._note(hit, direction, Verdict(Finding.GEOMETRY))
+            return False
+        for j, moment in enumerate(problem.motion.arc(tail, head).middles(P)):
+            q = between(tail, head, (2 * j + 1) / (2 * P))
+            verdict = judge.segment(moment, self._placements, problem.mechanics.z_min)
             if not verdict.holds:
                 self._note(q, direction, verdict)
                 return False

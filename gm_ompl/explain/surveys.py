@@ -38,7 +38,7 @@ def sets_at(
 
     They come in random order, so that the first of them are a sample, too.
     """
-    geometry = judge.node(q)
+    geometry = judge.node(problem.motion.pose(q))
     if not geometry.object_free:
         return [], 0
     allowed = restricted(geometry.free, required)

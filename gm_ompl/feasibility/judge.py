@@ -1,7 +1,7 @@
-"""The judge: Sec. 4.2's questions at any continuous coordinates.
+"""The judge: Sec. 4.2's questions about poses, arcs and instants.
 
-Is a node valid, does a segment hold under a direction of motion, do the other fingers hold when
-one is lifted. Geometry is asked first, then a ``Backend`` for Sec. 3.4.
+Is a node valid, is an arc free throughout, does an instant hold under its motion, do the other
+fingers hold when one is lifted. Geometry is asked first, then a ``Backend`` for Sec. 3.4.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ from gm_ompl.feasibility.backend import Backend
 from gm_ompl.feasibility.situation import Situation, Situations
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.swept import SweptScene
+from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
 
 REMEMBERED_BYTES = 100_000_000
 """Geometry kept, by the size of its masks; beyond, all is dropped and made again on demand."""
 
 REMEMBERED_CONTACTS = 4096
-"""Configurations whose contacts are kept: they are asked for again at once, or hardly ever."""
+"""Poses whose contacts are kept: they are asked for again at once, or hardly ever."""
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -39,7 +40,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True, eq=False)
 class NodeGeometry:
-    """What geometry alone says at one configuration of the object.
+    """What geometry alone says at one pose of the object, or all along an arc.
 
     Attributes:
         object_free: whether the object penetrates nothing.
@@ -66,16 +67,16 @@ class Judge:
         backend: decides Sec. 3.4.
         clear: clear[i][j], (P, P) or None for i = j: whether fingertip i at a row and fingertip
             j at a column do not penetrate each other. Constant in the object frame.
-        configurations: configurations whose geometry was asked for.
+        configurations: poses whose geometry was asked for.
     """
 
     def __init__(self, problem: Problem, backend: Backend) -> None:
         self.problem, self.backend = problem, backend
         self.configurations = 0
         environment = problem.environment
-        self._scene = Scene(
-            problem.body, [o.body for o in environment.obstacles], environment.floor
-        )
+        around = [o.body for o in environment.obstacles], environment.floor
+        self._scene = Scene(problem.body, *around)
+        self._swept = SweptScene(problem.body, *around)
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
@@ -83,8 +84,9 @@ class Judge:
         each = 400 + len(hand.placements) * len(self._centres)
         self._limit = max(1000, REMEMBERED_BYTES // each)
         self._situations = Situations(problem)
-        self._nodes: dict[Coordinates | Situation, NodeGeometry] = {}
-        self._touching: dict[Coordinates, EnvironmentContacts] = {}
+        self._nodes: dict[bytes | Situation, NodeGeometry] = {}
+        self._arcs: dict[Hashable, NodeGeometry] = {}
+        self._touching: dict[bytes, EnvironmentContacts] = {}
         self._environments: dict[Hashable, int] = {}
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
@@ -107,12 +109,11 @@ class Judge:
         """Return the centres (P, 3) of fingertip ``finger`` at every placement, object frame."""
         return self._centres[self._radii[finger]]
 
-    def node(self, q: Coordinates) -> NodeGeometry:
-        """Return what geometry says at ``q``."""
-        known = self._nodes.get(q)
+    def node(self, pose: Pose) -> NodeGeometry:
+        """Return what geometry says at ``pose``."""
+        known = self._nodes.get(pose.key)
         if known is None:
             self.configurations += 1
-            pose = self.problem.motion.pose(q)
             situation = self._situations.of(pose)
             if situation is not None:
                 known = self._nodes.get(situation)
@@ -120,8 +121,38 @@ class Judge:
                 known = self._geometry(pose)
                 if situation is not None:
                     _remember(self._nodes, situation, known, self._limit)
-            _remember(self._nodes, q, known, self._limit)
+            _remember(self._nodes, pose.key, known, self._limit)
         return known
+
+    def along(self, arc: Arc) -> NodeGeometry:
+        """Return what geometry says everywhere along ``arc``, its ends included."""
+        known = self._arcs.get(arc.key)
+        if known is None:
+            known = self._along(arc)
+            _remember(self._arcs, arc.key, known, self._limit)
+        return known
+
+    def _along(self, arc: Arc) -> NodeGeometry:
+        sweeps, start = arc.sweeps, self.node(arc.start)
+        if all(s.keeps_level and self._situations.alone(s) for s in sweeps):
+            return start
+        end = self.node(arc.end)
+        if not (start.object_free and end.object_free):
+            return start if end.object_free else end
+        if not all(self._swept.object_free(sweep) for sweep in sweeps):
+            blocked = np.zeros(len(self.problem.fingers.placements), dtype=bool)
+            blocked.flags.writeable = False
+            return NodeGeometry(False, (blocked,) * len(self._radii))
+        masks: dict[float, BoolArray] = {}
+        for i, radius in enumerate(self._radii):
+            if radius not in masks:
+                masks[radius] = start.free[i] & end.free[i]
+                for sweep in sweeps:
+                    rows = np.flatnonzero(masks[radius])
+                    centres = self._centres[radius][rows]
+                    masks[radius][rows] = self._swept.free_placements(sweep, centres, radius)
+                masks[radius].flags.writeable = False
+        return NodeGeometry(True, tuple(masks[r] for r in self._radii))
 
     def _geometry(self, pose: Pose) -> NodeGeometry:
         table = self.problem.fingers.placements
@@ -144,83 +175,74 @@ class Judge:
                     return False
         return True
 
-    def placements_valid(self, q: Coordinates, placements: Placements) -> bool:
-        """Whether the node (``q``, ``placements``) is valid (Sec. 4.2): nothing penetrates."""
-        return self.node(q).admits(placements) and self.apart(placements)
+    def placements_valid(self, pose: Pose, placements: Placements) -> bool:
+        """Whether the node (``pose``, ``placements``) is valid (Sec. 4.2): nothing penetrates."""
+        return self.node(pose).admits(placements) and self.apart(placements)
 
-    def environment(self, q: Coordinates, dq: Coordinates | None) -> int:
-        """Return the back end's number for the contact state at ``q``.
+    def environment(self, moment: Moment) -> int:
+        """Return the back end's number for the contact state at ``moment``.
 
-        Args:
-            q: the object's coordinates.
-            dq: the direction of motion; None at rest, where all contacts are static.
+        At rest all contacts are static.
         """
-        key = (q, dq)
-        known = self._environments.get(key)
+        known = self._environments.get(moment.key)
         if known is None:
-            motion = self.problem.motion
-            pose, twist = motion.pose(q), None if dq is None else motion.velocity(q, dq)
-            known = self._contact_state(q, pose, twist)
-            _remember(self._environments, key, known, self._limit)
+            known = self._contact_state(moment)
+            _remember(self._environments, moment.key, known, self._limit)
         return known
 
-    def _contact_state(self, q: Coordinates, pose: Pose, twist: Twist | None) -> int:
-        situation = self._situations.of(pose)
+    def _contact_state(self, moment: Moment) -> int:
+        situation = self._situations.of(moment.pose)
         if situation is None:
-            return self._register(q, pose, twist)
-        moving = None if twist is None else (twist.linear.tobytes(), twist.angular.tobytes())
+            return self._register(moment)
+        moving = None if moment.twist is None else moment.twist.direction
         known = self._environments.get((situation, moving))
         if known is None:
-            known = self._register(q, pose, twist)
+            known = self._register(moment)
             _remember(self._environments, (situation, moving), known, self._limit)
         return known
 
-    def _register(self, q: Coordinates, pose: Pose, twist: Twist | None) -> int:
-        state = contact_state(self._contacts(q, pose), pose, twist, self.problem.body)
-        return self.backend.environment(state)
+    def _register(self, moment: Moment) -> int:
+        contacts, body = self._contacts(moment.pose), self.problem.body
+        return self.backend.environment(contact_state(contacts, moment.pose, moment.twist, body))
 
-    def _contacts(self, q: Coordinates, pose: Pose) -> EnvironmentContacts:
-        """Return where the object touches at ``q``, whichever way it moves."""
-        known = self._touching.get(q)
+    def _contacts(self, pose: Pose) -> EnvironmentContacts:
+        """Return where the object touches at ``pose``, whichever way it moves."""
+        known = self._touching.get(pose.key)
         if known is None:
             known = environment_contacts(self.problem.body, self.problem.environment, pose)
-            _remember(self._touching, q, known, REMEMBERED_CONTACTS)
+            _remember(self._touching, pose.key, known, REMEMBERED_CONTACTS)
         return known
 
-    def segment(
-        self, q_mid: Coordinates, dq: Coordinates, placements: Placements, below: float = 0.0
-    ) -> Verdict:
-        """Judge a motion segment at its midpoint: geometry, then z >= z_min.
+    def segment(self, moment: Moment, placements: Placements, below: float = 0.0) -> Verdict:
+        """Judge an instant, in motion or at rest: geometry there, then z >= z_min.
 
         Args:
-            q_mid: coordinates of the segment's midpoint.
-            dq: the direction of motion.
+            moment: the middle of a segment, or a rest of the whole hand.
             placements: per finger.
             below: a margin smaller than this need not be known exactly.
         """
-        if not self.placements_valid(q_mid, placements):
+        if not self.placements_valid(moment.pose, placements):
             return Verdict(Finding.GEOMETRY)
         fingers = tuple(range(len(placements)))
-        environment = self.environment(q_mid, dq)
-        decision = self.backend.decide(environment, fingers, placements, below)
+        decision = self.backend.decide(self.environment(moment), fingers, placements, below)
         return Verdict.of(decision, self.problem.mechanics.z_min)
 
     def rest(
         self,
-        q: Coordinates,
+        pose: Pose,
         fingers: tuple[int, ...],
         placements: Placements,
         below: float = 0.0,
     ) -> ModeDecision:
-        """Return the best modes of ``fingers`` alone while the object rests at ``q``.
+        """Return the best modes of ``fingers`` alone while the object rests at ``pose``.
 
         Args:
-            q: the object's coordinates.
+            pose: where the object is.
             fingers: the fingers that touch.
             placements: of those fingers (same length).
             below: a margin smaller than this need not be known exactly.
         """
-        return self.backend.decide(self.environment(q, None), fingers, placements, below)
+        return self.backend.decide(self.environment(Moment(pose)), fingers, placements, below)
 
 
 def _remember(memo: dict[Key, Value], key: Key, value: Value, limit: int) -> None:

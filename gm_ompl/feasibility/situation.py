@@ -7,6 +7,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.problem import Problem
 
 Situation: TypeAlias = tuple[bytes, float]
@@ -47,3 +48,13 @@ class Situations:
             if (np.einsum("ij,ij->i", nearest, nearest) <= self._square).any():
                 return None
         return pose.rotation.tobytes(), float(pose.position[2]) if self._floor else 0.0
+
+    def alone(self, sweep: Sweep) -> bool:
+        """Whether no obstacle may matter anywhere along ``sweep``."""
+        if not len(self._low):
+            return True
+        arms = sweep.arms(np.zeros((1, 3)))
+        ends, wide = [sweep.moved(arms, t)[0] for t in (0.0, 1.0)], sweep.sagitta(arms)
+        low, high = np.minimum(*ends) - wide, np.maximum(*ends) + wide
+        gaps = np.maximum(np.maximum(self._low - high, low - self._high), 0.0)
+        return bool((np.einsum("ij,ij->i", gaps, gaps) > self._square).all())

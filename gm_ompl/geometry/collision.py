@@ -31,6 +31,11 @@ UNIT = 10.0
 _PLAIN = fcl.CollisionRequest()
 
 
+def allowed_depth(diagonal: float, *pieces: ConvexPiece) -> float:
+    """Return how deep these pieces, or one of them and a sphere, may penetrate each other."""
+    return (EXACT if all(piece.is_box for piece in pieces) else COARSE) * diagonal
+
+
 class Scene:
     """The object, its environment, and whether they penetrate each other at a pose.
 
@@ -105,7 +110,7 @@ class Scene:
         return near
 
     def _tolerance(self, *pieces: ConvexPiece) -> float:
-        return (EXACT if all(piece.is_box for piece in pieces) else COARSE) * self._D
+        return allowed_depth(self._D, *pieces)
 
     def _overlaps(self, k: int, here: PlacedPiece, pose: Pose, j: int) -> bool:
         """Whether the object's piece ``k`` penetrates the obstacle piece ``j``."""

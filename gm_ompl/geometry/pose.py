@@ -7,6 +7,7 @@ origin is the centre of mass.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,6 +53,11 @@ class Pose:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
         return cls(np.array(rotation), np.asarray(position, dtype=np.float64))
+
+    @cached_property
+    def key(self) -> bytes:
+        """Equal where two poses are the same in every bit: a memo's key."""
+        return self.rotation.tobytes() + self.position.tobytes()
 
     def apply(self, points: Array) -> Array:
         """Map points (n, 3) or (3,) from the object frame to the world frame."""
@@ -105,6 +111,13 @@ class Twist:
     def __post_init__(self) -> None:
         object.__setattr__(self, "linear", read_only(self.linear, (3,), "linear"))
         object.__setattr__(self, "angular", read_only(self.angular, (3,), "angular"))
+
+    @cached_property
+    def direction(self) -> tuple[float, ...]:
+        """The six components, the greatest scaled to 1: equal for equal motions of any speed."""
+        values = (*self.linear.tolist(), *self.angular.tolist())
+        greatest = max(map(abs, values)) or 1.0
+        return tuple(value / greatest + 0.0 for value in values)  # no negative zeros
 
     def at(self, arms: Array) -> Array:
         """Return velocities (n, 3), world frame, of points at ``arms`` (n, 3) from the centre.

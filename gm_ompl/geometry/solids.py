@@ -58,6 +58,28 @@ class ConvexPiece:
         """Least and greatest coordinates of the axis-parallel bounding box."""
         return tuple(self.vertices.min(axis=0).tolist()), tuple(self.vertices.max(axis=0).tolist())
 
+    @cached_property
+    def edge_ends(self) -> tuple[Array, Array]:
+        """One end of every edge, and the vector to its other end, (e, 3) each."""
+        pairs = sorted({
+            (min(a, b), max(a, b))
+            for face in self.faces
+            for a, b in zip(face, (*face[1:], face[0]), strict=True)
+        })  # fmt: skip
+        ends = self.vertices[np.array(pairs)]
+        return ends[:, 0], ends[:, 1] - ends[:, 0]
+
+    def nearest_on_edges(self, points: Array) -> Array:
+        """Return the points (n, 3) of the edges that are nearest to ``points`` (n, 3)."""
+        starts, spans = self.edge_ends
+        along = points @ spans.T - np.einsum("ij,ij->i", starts, spans)
+        share = np.clip(along / np.einsum("ij,ij->i", spans, spans), 0.0, 1.0)
+        candidates = starts + share[:, :, None] * spans
+        ways = points[:, None] - candidates
+        best = np.einsum("ijk,ijk->ij", ways, ways).argmin(axis=1)
+        nearest: Array = candidates[np.arange(len(points)), best]
+        return nearest
+
 
 @dataclass(frozen=True, eq=False)
 class Body:

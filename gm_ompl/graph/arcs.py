@@ -10,7 +10,6 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cost import chords
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -26,11 +25,9 @@ class ObjectArc:
         head: the lattice node it leads to.
         start: coordinates of its tail.
         end: of its head, unwrapped.
-        midpoints: of its segments.
-        direction: of the motion, end - start.
         environments: per segment, the back end's number of the contact state.
         states: the different ones among them.
-        free: per finger, per placement: whether it is free at every midpoint and at the head.
+        free: per finger, per placement: whether it is free all along the arc.
         lengths: per finger, (P, segments), |dq_finger i,j| of Eq. (9).
         travel: per finger, per placement: their sum over the segments.
     """
@@ -38,8 +35,6 @@ class ObjectArc:
     head: int
     start: Coordinates
     end: Coordinates
-    midpoints: tuple[Coordinates, ...]
-    direction: Coordinates
     environments: tuple[int, ...]
     states: tuple[int, ...]
     free: tuple[Sequence[bool], ...]
@@ -111,40 +106,30 @@ class ObjectArcs:
         return arc
 
     def _make(self, tail: int, head: int, end: Coordinates) -> ObjectArc | None:
-        judge, motion, P = self._judge, self._problem.motion, self._problem.cost.samples_per_arc
+        judge, P = self._judge, self._problem.cost.samples_per_arc
         start = self._problem.lattice.coordinates(tail)
-        direction = tuple(b - a for a, b in zip(start, end, strict=True))
-        midpoints = tuple(_along(start, end, (2 * j + 1) / (2 * P)) for j in range(P))
-        places = [judge.node(q) for q in midpoints]
+        arc = self._problem.motion.arc(start, end)
+        places = judge.along(arc)
         # The node's own coordinates, not the unwrapped ones: the node is judged once.
-        places.append(judge.node(self._problem.lattice.coordinates(head)))
-        if not all(place.object_free for place in places):
+        node = judge.node(self._problem.motion.pose(self._problem.lattice.coordinates(head)))
+        if not (places.object_free and node.object_free):
             return None
         radii = self._problem.fingers.radius.tolist()
-        poses = [motion.pose(_along(start, end, j / P)) for j in range(P + 1)]
         lengths: dict[float, Array] = {}
         free: dict[float, list[bool]] = {}
         for i, radius in enumerate(radii):
             if radius not in lengths:
-                lengths[radius] = np.ascontiguousarray(chords(poses, judge.centres(i)).T)
-                free[radius] = np.logical_and.reduce([place.free[i] for place in places]).tolist()
+                lengths[radius] = np.ascontiguousarray(arc.chords(judge.centres(i), P).T)
+                free[radius] = (places.free[i] & node.free[i]).tolist()
         travel = {radius: table.sum(axis=1).tolist() for radius, table in lengths.items()}
-        environments = tuple(judge.environment(q, direction) for q in midpoints)
+        environments = tuple(judge.environment(moment) for moment in arc.middles(P))
         return ObjectArc(
             head=head,
             start=start,
             end=end,
-            midpoints=midpoints,
-            direction=direction,
             environments=environments,
             states=tuple(dict.fromkeys(environments)),
             free=tuple(free[r] for r in radii),
             lengths=tuple(lengths[r] for r in radii),
             travel=tuple(travel[r] for r in radii),
         )
-
-
-def _along(start: Coordinates, end: Coordinates, fraction: float) -> Coordinates:
-    if fraction == 1.0:
-        return end
-    return tuple(a + fraction * (b - a) for a, b in zip(start, end, strict=True))

@@ -1,29 +1,9 @@
-"""Costs of arcs: Eqs. (9) and (10), and the distances in them."""
+"""Costs of arcs: Eqs. (9) and (10)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
-
-from gm_ompl.arrays import Array
-from gm_ompl.geometry.pose import Pose
-
-
-def chords(poses: Sequence[Pose], centres: Array) -> Array:
-    """Return |dq_finger i,j|: how far points fixed on the object move between successive poses.
-
-    Args:
-        poses: the P + 1 poses at the ends of P segments.
-        centres: (m, 3), fingertip centres, object frame.
-
-    Returns:
-        (P, m), straight distances.
-    """
-    world = np.stack([pose.apply(centres) for pose in poses])
-    lengths: Array = np.linalg.norm(np.diff(world, axis=0), axis=2)
-    return lengths
 
 
 def stability_factor(z: float, X_stab: float) -> float:

@@ -16,11 +16,13 @@ import numpy as np
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.arcs import ObjectArc, ObjectArcs
 from gm_ompl.graph.cost import displacement_cost, stability_factor
 from gm_ompl.graph.goals import GoalNodes, restricted, start_node
 from gm_ompl.graph.heuristic import Heuristic
 from gm_ompl.graph.sets import LIFTED, PlacementSets, ordered_sets
+from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Placements, Problem
 
 
@@ -65,11 +67,14 @@ class FeasibilityGraph:
 
     def sources(self) -> Iterator[tuple[float, int]]:
         """Yield (bound, node) of all start nodes; bounds on the estimates do not decrease."""
-        geometry = self._judge.node(self._problem.lattice.coordinates(self.start))
+        geometry = self._judge.node(self._pose(self.start))
         allowed = restricted(geometry.free, self._problem.fingers.start)
         keys = self._heuristic.finger_estimates(self.start)
         for bound, placements in ordered_sets(self.sets.groups, allowed, keys, self._judge.clear):
             yield bound, self.node(self.start, placements)
+
+    def _pose(self, config: int) -> Pose:
+        return self._problem.motion.pose(self._problem.lattice.coordinates(config))
 
     def estimate(self, node: int) -> float:
         """Return a lower bound on the cost from ``node`` to the goal."""
@@ -143,14 +148,14 @@ class FeasibilityGraph:
         Where z is below z_min, the decision may say no more than that.
         """
         fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
-        q = self._problem.lattice.coordinates(config)
-        return self._judge.rest(q, fingers, tuple(hub[i] for i in fingers), self._z_min)
+        pose = self._pose(config)
+        return self._judge.rest(pose, fingers, tuple(hub[i] for i in fingers), self._z_min)
 
     def _rest_bound(self, config: int, hub: Placements) -> float:
         environment = self._rests.get(config)
         if environment is None:
-            q = self._problem.lattice.coordinates(config)
-            environment = self._rests[config] = self._judge.environment(q, None)
+            moment = Moment(self._pose(config))
+            environment = self._rests[config] = self._judge.environment(moment)
         fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
         rows = tuple(hub[i] for i in fingers)
         return self._judge.backend.bound(environment, fingers, rows)
@@ -173,7 +178,7 @@ class FeasibilityGraph:
     def _touching_down(self, config: int, hub: Placements) -> Iterator[int]:
         """Yield the nodes from a hub: the lifted finger at every free placement."""
         slot = hub.index(LIFTED)
-        geometry = self._judge.node(self._problem.lattice.coordinates(config))
+        geometry = self._judge.node(self._pose(config))
         free = geometry.free[slot]
         for other, row in enumerate(hub):
             clear = self._judge.clear[slot][other]

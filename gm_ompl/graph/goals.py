@@ -77,7 +77,7 @@ class GoalNodes:
 
 
 def _has_set(problem: Problem, judge: Judge, config: int) -> bool:
-    geometry = judge.node(problem.lattice.coordinates(config))
+    geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(config)))
     if not geometry.object_free:
         return False
     allowed = restricted(geometry.free, problem.fingers.goal)

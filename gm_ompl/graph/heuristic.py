@@ -103,7 +103,9 @@ class TravelHeuristic:
         hand = self._problem.fingers
         blocked = [np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count)]
         for node in self._goals:
-            geometry = self._judge.node(self._problem.lattice.coordinates(node))
+            geometry = self._judge.node(
+                self._problem.motion.pose(self._problem.lattice.coordinates(node))
+            )
             for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
                 mask &= ~free
         return tuple(blocked)

@@ -18,6 +18,7 @@ from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_
 from gm_ompl.graph.lanes import ask_backward, lane_tables
 from gm_ompl.graph.sets import LIFTED, PlacementSets
 from gm_ompl.graph.watch import Stop, never
+from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -248,8 +249,8 @@ class LaneGraph:
         if hub.stable[config] < 0:
             fingers = tuple(k for k in self._fingers if k != hub.slot)
             rows = tuple(hub.placements[k] for k in fingers)
-            q = self._problem.lattice.coordinates(config)
-            state, z_min = self._judge.environment(q, None), self._problem.mechanics.z_min
+            pose = self._problem.motion.pose(self.coordinates(config))
+            state, z_min = self._judge.environment(Moment(pose)), self._problem.mechanics.z_min
             z = self._backend.decide(state, fingers, rows, z_min).z
             hub.stable[config] = z >= z_min
             self._revalue(hub)

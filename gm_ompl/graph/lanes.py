@@ -12,13 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.cost import chords
 from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.lane_bounds import UNASKED, LaneTables
 from gm_ompl.graph.watch import Stop, watched
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Problem
 
 
@@ -31,19 +30,16 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
     lattice, P = problem.lattice, problem.cost.samples_per_arc
     nodes = [lattice.coordinates(c) for c in range(lattice.size)]
     N = len(nodes) - 1
-    arcs = list(itertools.pairwise(nodes))
-    middles = [_middles(a, b, P) for a, b in arcs]
-    node_free = _free(judge, [[q] for q in nodes], stop)
-    free = _free(judge, middles, stop) & node_free[:, :, :-1] & node_free[:, :, 1:]
-    lengths = _lengths(problem, judge)
+    arcs = [problem.motion.arc(a, b) for a, b in itertools.pairwise(nodes)]
+    node_free = _masks(judge, [judge.node(problem.motion.pose(q)) for q in watched(nodes, stop)])
+    free = _masks(judge, [judge.along(arc) for arc in watched(arcs, stop)])
+    free &= node_free[:, :, :-1] & node_free[:, :, 1:]
+    lengths = _lengths(problem, judge, arcs)
     goals = GoalNodes(problem)
     goal = np.zeros(N + 1, dtype=bool)
     goal[list(goals.nodes)] = True
     forward = np.array(
-        [
-            [judge.environment(q, (b[0] - a[0],)) for q in row]
-            for row, (a, b) in watched(zip(middles, arcs, strict=True), stop)
-        ],
+        [[judge.environment(moment) for moment in arc.middles(P)] for arc in watched(arcs, stop)],
         dtype=np.int64,
     ).reshape(N, P)
     travel = lengths.sum(axis=3)
@@ -74,43 +70,29 @@ def ask_backward(tables: LaneTables, problem: Problem, judge: Judge, span: slice
     unasked = [i for i in range(span.start, span.stop) if backward[i, 0] == UNASKED]
     for i in unasked:
         tail, head = problem.lattice.coordinates(i + 1), problem.lattice.coordinates(i)
-        direction = (head[0] - tail[0],)
-        backward[i] = [judge.environment(q, direction) for q in _middles(head, tail, P)]
+        arc = problem.motion.arc(tail, head)
+        backward[i] = [judge.environment(moment) for moment in arc.middles(P)]
     return len(unasked)
 
 
-def _middles(a: Coordinates, b: Coordinates, P: int) -> list[Coordinates]:
-    """Return the midpoints of the P segments from node ``a`` to the next."""
-    return [(a[0] + (j + 0.5) / P * (b[0] - a[0]),) for j in range(P)]
+def _masks(judge: Judge, places: Sequence[NodeGeometry]) -> BoolArray:
+    """Return (n, placements, len(places)): which fingertips are free at each place."""
+    n, rows = judge.problem.fingers.count, len(judge.problem.fingers.placements)
+    if not places or not n:
+        return np.zeros((n, rows, len(places)), dtype=bool)
+    return np.ascontiguousarray(np.stack([np.stack(p.free) for p in places], axis=2))
 
 
-def _free(judge: Judge, places: Sequence[Sequence[Coordinates]], stop: Stop) -> BoolArray:
-    """Return (n, placements, len(places)): free at all coordinates of each place."""
-    columns = []
-    for place in watched(places, stop):
-        at = [judge.node(q) for q in place]
-        columns.append(np.stack([np.stack(node.free) for node in at]).all(axis=0))
-    if not columns:
-        n, rows = judge.problem.fingers.count, len(judge.problem.fingers.placements)
-        return np.zeros((n, rows, 0), dtype=bool)
-    return np.ascontiguousarray(np.stack(columns, axis=2))
-
-
-def _lengths(problem: Problem, judge: Judge) -> Array:
+def _lengths(problem: Problem, judge: Judge, arcs: Sequence[Arc]) -> Array:
     """Return the chords (n, placements, N, P) of Eq. (9)."""
-    lattice, P = problem.lattice, problem.cost.samples_per_arc
-    axis = lattice.axes[0]
-    ends = [(float(axis[0]),)]
-    for a, b in itertools.pairwise(axis):
-        ends.extend((float(a + (b - a) * j / P),) for j in range(1, P))
-        ends.append((float(b),))
-    poses = [problem.motion.pose(q) for q in ends]
-    N = len(axis) - 1
+    P, radii = problem.cost.samples_per_arc, problem.fingers.radius.tolist()
     known: dict[float, Array] = {}
-    for i, radius in enumerate(problem.fingers.radius.tolist()):
+    for i, radius in enumerate(radii):
         if radius not in known:
-            known[radius] = chords(poses, judge.centres(i)).T.reshape(-1, N, P)
-    return np.ascontiguousarray(np.stack([known[r] for r in problem.fingers.radius.tolist()]))
+            centres = judge.centres(i)
+            each = [arc.chords(centres, P).T for arc in arcs]
+            known[radius] = np.stack(each, axis=1) if each else np.zeros((len(centres), 0, P))
+    return np.ascontiguousarray(np.stack([known[radius] for radius in radii]))
 
 
 def _ahead(travel: Array, free: BoolArray, goal: BoolArray) -> Array:

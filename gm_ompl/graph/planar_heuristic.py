@@ -161,7 +161,7 @@ def _blocked(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> tuple[Bo
     hand = problem.fingers
     blocked = [np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count)]
     for node in goals:
-        geometry = judge.node(problem.lattice.coordinates(node))
+        geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(node)))
         for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
             mask &= ~free
     return tuple(blocked)

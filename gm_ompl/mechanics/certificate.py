@@ -16,12 +16,56 @@ polar is moved into it along a wrench that separates all columns, Problem (5)'s 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.internal_force import PASSES, separate
 from gm_ompl.mechanics.sides import SIDES, number
+
+
+class Record(NamedTuple):
+    """Where a decision writes down what proves it; rooms of no size keep nothing.
+
+    Attributes:
+        sets: (M,), the sets of modes considered, position-controlled fingers as bits, -1 for none.
+        wrenches: (M, K, 6), per set wrenches whose ``upper_bound`` bounds its z; zero for none.
+        solutions: (M, N, 76), per set what resists each direction at its f_com, by code. Rows: tau
+            (over the largest of 1 and f_max), the environment's columns, the fingers', and slacks.
+    """
+
+    sets: IntArray
+    wrenches: Array
+    solutions: Array
+
+
+def no_record() -> Record:
+    """Return a record that keeps nothing."""
+    return Record(np.zeros(0, dtype=np.int64), np.zeros((0, 0, 6)), np.zeros((0, 0, 0)))
+
+
+def record_of(fingers: int, columns: int) -> Record:
+    """Return room for the proof of one decision, of so many fingers and columns in all."""
+    most = 1 << fingers
+    return Record(
+        np.full(most, -1, dtype=np.int64), np.zeros((most, 32, 6)),
+        np.zeros((most, 1 + columns + fingers, 2 * SIDES)),
+    )  # fmt: skip
+
+
+@compiled
+def write_down(record: Record, j: int, mask: int, Y: Array, kept: Array, solved: bool) -> None:
+    """Write down set j's wrenches Y, and its solutions where they are ``solved``."""
+    if j >= len(record.sets):
+        return
+    record.sets[j] = mask
+    record.wrenches[j] = 0.0
+    record.wrenches[j, : len(Y)] = Y
+    if solved:
+        record.solutions[j, : len(kept)] = kept
+
 
 CLOSE = 4e-7
 """Both bounds on z lie within this of each other, relative to max(z, LITTLE): else no proof."""

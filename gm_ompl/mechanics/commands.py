@@ -11,7 +11,15 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
-from gm_ompl.mechanics.certificate import CLOSE, LITTLE, into_polar, proven, upper_bound
+from gm_ompl.mechanics.certificate import (
+    CLOSE,
+    LITTLE,
+    Record,
+    into_polar,
+    proven,
+    upper_bound,
+    write_down,
+)
 from gm_ompl.mechanics.kelley import (
     GAP,
     MAX_CUTS,
@@ -57,7 +65,7 @@ def _among(value: int, chosen: IntArray, count: int) -> bool:
 @inlined
 def _joint(
     env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
-    met: IntArray, w: Array, margin: float, f: Array,
+    met: IntArray, w: Array, margin: float, j: int, mask: int, record: Record, f: Array,
 ) -> tuple[int, float, int, float, float]:  # fmt: skip
     """z where cutting creeps: the last directions met in one program, more as they are violated.
 
@@ -84,6 +92,7 @@ def _joint(
                 return FAILED, 0.0, -1, 0.0, np.inf
             tolerance = CAREFUL
             continue
+        write_down(record, j, mask, Y[:count], kept, False)
         if below > 0.0 and z < below:
             return BELOW, z, chosen[0], 0.0, U
         if z <= ZERO:
@@ -94,6 +103,7 @@ def _joint(
             raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y, kept
         )
         if end == SOLVED:
+            write_down(record, j, mask, Y[:count], kept, True)
             return REACHED, z, direction, v, U
         if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
             if tolerance < FEASIBLE:
@@ -127,8 +137,8 @@ def _next_set(zs: Array, bounds: Array, below: float) -> int:
 @inlined
 def best_commands(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
-    first: Array, w: Array, margin: float, seed: Tableau, zs: Array, limiting: IntArray,
-    commands: Array,
+    first: Array, w: Array, margin: float, seed: Tableau, record: Record, zs: Array,
+    limiting: IntArray, commands: Array,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the largest z among sets of modes, each with at least one force-controlled finger.
 
@@ -144,6 +154,7 @@ def best_commands(
         w: (6,), a wrench that separates the environment's columns, with its
         margin: see ``into_polar``.
         seed: the tableau of position control of all fingers, where passes begin, or UNUSED.
+        record: output, see ``Record``.
         zs: output (sets,): z where it may be the largest or tie with it, else -1.
         limiting: output (sets,): the directions that limit z.
         commands: output (sets, n): f_com; f_max under position control.
@@ -172,7 +183,7 @@ def best_commands(
         elif cuts.passes[j] == MAX_PASSES or K == MAX_CUTS:
             end, cuts.bounds[j], limiting[j], cuts.held[j], cuts.proven[j] = _joint(
                 env, q, tips, f_max, force, L, max(below, top * (1.0 - 2.0 * TIE)), cuts.met[:K],
-                w, margin, commands[j],
+                w, margin, j, masks[j], record, commands[j],
             )  # fmt: skip
             if end == FAILED:
                 return FAILED, np.inf
@@ -183,6 +194,7 @@ def best_commands(
             if end == TROUBLE:
                 return FAILED, np.inf
             if end == SOLVED and cuts.bounds[j] < np.inf:
+                write_down(record, j, masks[j], cuts.proofs[j], work.kept, True)
                 zs[j], which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
                 limiting[j], top = cuts.met[which], max(top, zs[j])
             elif not add_cut(env, q, tips, f_max, masks, force, L, w, margin, work.y, cuts, K):
@@ -192,6 +204,9 @@ def best_commands(
                 z, _ = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
                 if z > cuts.bounds[j] - GAP * max(cuts.bounds[j], 1e-3):  # it cuts nothing off
                     cuts.passes[j] = MAX_PASSES
+    for j in range(min(sets, len(record.sets))):
+        if record.sets[j] < 0:
+            write_down(record, j, masks[j], cuts.proofs[j], work.kept, False)
     return _proven(zs, cuts, top, below)
 
 

@@ -11,6 +11,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
+from gm_ompl.mechanics.certificate import Record, no_record, record_of
 
 OUTCOMES = {
     modes.STABLE: Outcome.STABLE,
@@ -72,13 +73,14 @@ def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
 
 def decide_columns(
     env: Array, q: Array, tips: Array, f_max: Array, below: float, f_com: Array, y: Array,
-    previous: int = -1, only: int = -1,
+    previous: int = -1, only: int = -1, record: Record | None = None,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Decide Sec. 3.4 for a hand given by its columns (n, s, 6); the rest as ``modes.decide``."""
     everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
     return modes.decide(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only, f_com, y
-    )
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only,
+        record or no_record(), f_com, y,
+    )  # fmt: skip
 
 
 def decide_instant(
@@ -89,10 +91,25 @@ def decide_instant(
     Raises:
         SolverError: the kernel found no proof; the reference may.
     """
+    return _decide(instant, as_mask(previous), None)
+
+
+def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
+    """Decide Sec. 3.4 for one instant, exactly; return what proves it as well.
+
+    Raises:
+        SolverError: the kernel found no proof; the reference may.
+    """
+    n, s, m = len(instant.points), instant.cone_edges, len(instant.contacts.points)
+    record = record_of(n, s * (m + n))
+    return _decide(instant, -1, record), record
+
+
+def _decide(instant: Instant, previous: int, record: Record | None) -> ModeDecision:
     env, q, tips, f_max = instant_columns(instant)
     f_com = np.zeros(len(f_max))
     end, z, direction, mask = decide_columns(
-        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
+        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=previous, record=record
     )
     scale = instant.force_scale
     decision = as_decision(end, z * scale, direction, mask, f_com * scale)

@@ -49,6 +49,7 @@ class Cuts(NamedTuple):
         heeded: (sets,), how many cuts the set's bound and trial heed.
         bounds: (sets,), the largest z that they allow.
         proven: (sets,), the same, as the wrenches prove it.
+        proofs: (sets, 1 + n, 6), those wrenches, weighted.
         held: (sets,), what z is at least at the f_com found.
         trials: (sets, n), f_com that allows it, an entry per force-controlled finger.
         passes: (sets,), how often a trial was put to the directions.
@@ -62,6 +63,7 @@ class Cuts(NamedTuple):
     heeded: IntArray
     bounds: Array
     proven: Array
+    proofs: Array
     held: Array
     trials: Array
     passes: IntArray
@@ -176,7 +178,8 @@ def no_cuts(f_max: Array, masks: IntArray, zs: Array, commands: Array) -> Cuts:
     return Cuts(
         np.empty((MAX_CUTS, 6)), np.empty(MAX_CUTS), np.empty(MAX_CUTS, dtype=np.int64),
         np.empty((sets, MAX_CUTS)), np.empty((sets, MAX_CUTS, n)), np.zeros(sets, dtype=np.int64),
-        bounds, bounds.copy(), np.zeros(sets), trials, np.zeros(sets, dtype=np.int64),
+        bounds, bounds.copy(), np.zeros((sets, 1 + n, 6)), np.zeros(sets), trials,
+        np.zeros(sets, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -245,7 +248,12 @@ def heed(
             for t in range(6):
                 Y[k, t] = weights[k] * cuts.wrenches[which[k], t]
     cuts.bounds[j], cuts.heeded[j] = min(cuts.bounds[j], z), K
-    cuts.proven[j] = min(cuts.proven[j], upper_bound(q, tips, f_max, force, L, Y))
+    U = upper_bound(q, tips, f_max, force, L, Y)
+    if cuts.proven[j] > U:
+        cuts.proven[j] = U
+        for k in range(1 + nf):
+            for t in range(6):
+                cuts.proofs[j, k, t] = Y[k, t]
     return z
 
 

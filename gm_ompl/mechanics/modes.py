@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.mechanics.certificate import separates_environment
+from gm_ompl.mechanics.certificate import Record, separates_environment, write_down
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
 from gm_ompl.mechanics.kelley import UNUSED
@@ -140,15 +140,17 @@ def passing_sets(
 @inlined
 def _best_set(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, first: Array, w: Array, margin: float, seed: Tableau, f_com: Array,
+    passed: IntArray, first: Array, w: Array, margin: float, seed: Tableau, record: Record,
+    f_com: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
     count = len(passed)
     zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
     commands = np.empty((count, len(tips)))
     end, bound = best_commands(
-        env, q, tips, f_max, L, below, passed, first, w, margin, seed, zs, limiting, commands
-    )
+        env, q, tips, f_max, L, below, passed, first, w, margin, seed, record, zs,
+        limiting, commands,
+    )  # fmt: skip
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
     if end == REACHED:
@@ -166,7 +168,7 @@ def _best_set(
 @compiled
 def decide(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
-    below: float, previous: int, only: int, f_com: Array, y: Array,
+    below: float, previous: int, only: int, record: Record, f_com: Array, y: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
 
@@ -181,6 +183,7 @@ def decide(
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         only: mask of the one set to consider, which must pass (5); -1 for all.
+        record: output: what proves the decision, if there is room for it.
         f_com: output (n,): commands of the force-controlled fingers.
         y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
             any modes and, as a cut, for any placements; zero where there is none.
@@ -209,11 +212,13 @@ def decide(
         end, z, direction = position_margin(
             env, q, tips, limits, L, below, tight, tableau, w, margin, y
         )
+        write_down(record, 0, everyone, y.reshape(1, 6), tableau.kept, tight and z > 0.0)
         if end == BELOW:
             return UNDER, z, direction, everyone
         if tight and end != REACHED:
             return UNPROVEN, np.inf, -1, 0
     if not tight:
+        record.sets[:] = -1
         passed, passes = np.empty(1 << n, dtype=np.int64), 1
         passed[0] = only
         if only < 0:
@@ -221,14 +226,26 @@ def decide(
         if passes <= 0:
             return INTERNAL_FORCE if passes == 0 else UNPROVEN, -np.inf, -1, 0
         end, z, direction, mask = _best_set(
-            env, q, tips, limits, L, below, passed[:passes], y, w, margin, tableau, f_com
+            env,
+            q,
+            tips,
+            limits,
+            L,
+            below,
+            passed[:passes],
+            y,
+            w,
+            margin,
+            tableau,
+            record,
+            f_com,
         )
         if end != STABLE:
             return end, z, direction, mask
     if z < 0.0:
         return NO_EQUILIBRIUM, -np.inf, -1, 0
     if z <= 0.0:
-        end = equilibrium(env, q, tips, limits, L, w, margin, f_com)
+        end = equilibrium(env, q, tips, limits, L, w, margin, record, f_com)
         if end != REACHED:
             return NO_EQUILIBRIUM if end == BELOW else UNPROVEN, -np.inf, -1, 0
     return STABLE, max(z, 0.0), direction, mask

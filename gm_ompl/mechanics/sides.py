@@ -160,16 +160,18 @@ def dual_error(raw: Array, cost: float, tau: float, y: Array) -> float:
     """
     m, N = raw.shape
     size, worst = 1e-300, 0.0
+    dots, weights = np.zeros(N), np.ones(N)
     for t in range(m):
-        size = max(size, abs(y[t]))
+        row, factor, cap = raw[t], y[t], -raw[t, 0] / cost
+        size = max(size, abs(factor))
+        for j in range(N):
+            dots[j] += row[j] * factor
+        if t >= 6 and cap > 1.0:
+            for j in range(1, N):
+                weights[j] = max(weights[j], row[j] * cap)
+    if tau < np.inf:
+        dots[0] -= cost
     for j in range(N):
-        dot, weight = 0.0, 1.0
-        for t in range(m):
-            dot += raw[t, j] * y[t]
-        if j == 0:
-            dot -= cost if tau < np.inf else 0.0
-        else:
-            for i in range(6, m):
-                weight = max(weight, -raw[i, j] * raw[i, 0] / cost)
-        worst = max(worst, weight * dot)
+        error = weights[j] * dots[j]
+        worst = error if error > worst else worst
     return worst / size

@@ -17,12 +17,14 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import (
     CLOSE,
+    Record,
     into_polar,
     lower_bound,
     proven,
     support,
     unattained,
     upper_bound,
+    write_down,
 )
 from gm_ompl.mechanics.sides import SIDES, dual_error, move_tau, refactor, start
 from gm_ompl.mechanics.simplex import (
@@ -235,8 +237,9 @@ def position_margin(
 
 @compiled
 def equilibrium(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, w: Array, margin: float, f: Array
-) -> int:
+    env: Array, q: Array, tips: Array, f_max: Array, L: Array, w: Array, margin: float,
+    record: Record, f: Array,
+) -> int:  # fmt: skip
     """Whether any forces within the limits balance the load; ``f`` (n,) gets the normal forces.
 
     The choice of modes does not matter: some f_com gives whatever a position-controlled finger
@@ -262,6 +265,7 @@ def equilibrium(
         end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y[0])
         proof = end == 0 and into_polar(env, w, margin, y[0])
         if proof and unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED:
+            write_down(record, 0, (1 << n) - 1, y, raw, False)
             return BELOW
         if end != 1:
             continue

@@ -12,6 +12,13 @@ from gm_ompl.arrays import Array
 Coordinates = tuple[float, ...]
 
 
+def between(start: Coordinates, end: Coordinates, fraction: float) -> Coordinates:
+    """Return the point at ``fraction`` of a straight line; its ends exactly."""
+    if fraction in (0.0, 1.0):
+        return end if fraction else start
+    return tuple(u + fraction * (v - u) for u, v in zip(start, end, strict=True))
+
+
 @dataclass(frozen=True, eq=False)
 class Lattice:
     """A regular product of node values per coordinate; a node is a 64-bit number.

@@ -1,4 +1,4 @@
-"""What every motion of the object offers: poses, velocities, bounds."""
+"""What every motion of the object offers: poses, arcs, bounds."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from collections.abc import Sequence
 
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.motion.arc import Arc, Moment
+
+REMEMBERED = 4096
+"""Poses kept: the same few are asked for again and again."""
 
 
 class Motion(ABC):
@@ -38,3 +42,13 @@ class Motion(ABC):
     @abstractmethod
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:
         """Return the derivative of the pose at ``q`` in the direction ``dq`` (d,)."""
+
+    @abstractmethod
+    def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Arc:
+        """Return the arc between two coordinates (d,), unwrapped; it spans no breakpoint."""
+
+    def moment(
+        self, q: Sequence[float] | Array, dq: Sequence[float] | Array | None = None
+    ) -> Moment:
+        """Return the instant at ``q`` (d,) in motion along ``dq`` (d,); at rest without it."""
+        return Moment(self.pose(q), None if dq is None else self.velocity(q, dq))

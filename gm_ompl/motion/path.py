@@ -3,81 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, cross, read_only, unit
+from gm_ompl.arrays import Array, read_only, unit
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.screw import UP, Piece, Screw, Tumble, remembered
 
 SAME_NODE = 1e-9
 """Two values of s closer than this (in pieces) are the same piece boundary."""
 
 SAME_HEIGHT = 1e-6
 """Corners whose heights differ by less than this times D lie on one bottom edge."""
-
-UP = np.array([0.0, 0.0, 1.0])
-
-
-@dataclass(frozen=True, eq=False)
-class Slide:
-    """A translation at uniform speed.
-
-    Attributes:
-        by: (3,), the whole translation, world frame.
-    """
-
-    by: Array
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "by", read_only(self.by, (3,), "by"))
-
-    def pose(self, start: Pose, fraction: float) -> Pose:
-        """Return the pose after ``fraction`` of the piece that began at ``start``."""
-        return Pose(start.rotation, start.position + fraction * self.by)
-
-    def velocity(self, pose: Pose, rate: float) -> Twist:  # noqa: ARG002 (pieces answer alike)
-        """Return ``rate`` times the derivative with respect to the fraction, at ``pose``."""
-        return Twist(rate * self.by, np.zeros(3))
-
-
-@dataclass(frozen=True, eq=False)
-class Tumble:
-    """A rotation at uniform speed about a line fixed in the world.
-
-    Attributes:
-        pivot: (3,), a point of the line, world frame.
-        axis: (3,), unit, the line's direction.
-        angle: the whole rotation about ``axis`` [rad].
-    """
-
-    pivot: Array
-    axis: Array
-    angle: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "pivot", read_only(self.pivot, (3,), "pivot"))
-        object.__setattr__(self, "axis", read_only(unit(self.axis), (3,), "axis"))
-
-    def pose(self, start: Pose, fraction: float) -> Pose:
-        """Return the pose after ``fraction`` of the piece that began at ``start``."""
-        return start.turned(self.pivot, self.axis, fraction * self.angle)
-
-    def velocity(self, pose: Pose, rate: float) -> Twist:
-        """Return ``rate`` times the derivative with respect to the fraction, at ``pose``."""
-        angular = rate * self.angle * self.axis
-        return Twist(cross(angular, pose.position - self.pivot), angular)
-
-
-Piece: TypeAlias = Slide | Tumble
-
-REMEMBERED = 4096
-"""Poses kept: the same few are asked for again and again."""
 
 
 @final
@@ -100,7 +42,7 @@ class PathMotion(Motion):
         for piece in self.pieces:
             knots.append(piece.pose(knots[-1], 1.0))
         self.knots = tuple(knots)
-        self._known: dict[tuple[int, float], Pose] = {}
+        self._known: list[dict[float, Pose]] = [{1.0: knot} for knot in knots[1:]]
         self.names = ("s",)
         self.low, self.high = (0.0,), (1.0,)
         self.periods = (None,)
@@ -126,14 +68,22 @@ class PathMotion(Motion):
 
     def _at(self, p: int, fraction: float) -> Pose:
         """Return the pose after a fraction of piece p; the latest are remembered."""
-        if fraction in (0.0, 1.0):
-            return self.knots[p + int(fraction)]
-        known = self._known.get((p, fraction))
-        if known is None:
-            if len(self._known) >= REMEMBERED:
-                self._known.clear()
-            known = self._known[p, fraction] = self.pieces[p].pose(self.knots[p], fraction)
-        return known
+        if fraction == 1.0:
+            return self.knots[p + 1]
+        return remembered(self._known[p], self.knots[p], self.pieces[p], fraction)
+
+    def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Screw:
+        """Return the motion from ``tail = [s]`` to ``head = [s]``, within one piece."""
+        first, last = float(tail[0]), float(head[0])
+        p, _ = self._piece((first + last) / 2.0, ahead=last >= first)
+        ends = self._fraction(p, first), self._fraction(p, last)
+        return Screw(self.knots[p], self.pieces[p], *ends, self._known[p])
+
+    def _fraction(self, p: int, s: float) -> float:
+        """Return the fraction of piece p at ``s``; a node at its boundary is on it."""
+        along = s * len(self.pieces)
+        boundary = round(along)
+        return (float(boundary) if abs(along - boundary) <= SAME_NODE else along) - p
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:
         """Return the derivative of the pose at ``q = [s]`` in the direction ``dq = [ds]``.

@@ -11,7 +11,8 @@ import numpy as np
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.motion import REMEMBERED, Motion
+from gm_ompl.motion.straight import Straight
 
 FULL_TURN = 2.0 * math.pi
 
@@ -38,10 +39,22 @@ class PlanarMotion(Motion):
         self.periods = (None, None, FULL_TURN if whole else None)
         self.breakpoints = ((), (), ())
         self.height = height
+        self._known: dict[tuple[float, float, float], Pose] = {}
 
     def pose(self, q: Sequence[float] | Array) -> Pose:
-        """Return the object's pose at ``q = [x, y, yaw]``."""
-        return Pose.from_yaw([float(q[0]), float(q[1]), self.height], float(q[2]))
+        """Return the object's pose at ``q = [x, y, yaw]``; the latest are remembered."""
+        x, y, yaw = float(q[0]), float(q[1]), float(q[2])
+        known = self._known.get((x, y, yaw))
+        if known is None:
+            if len(self._known) >= REMEMBERED:
+                self._known.clear()
+            known = self._known[x, y, yaw] = Pose.from_yaw([x, y, self.height], yaw)
+        return known
+
+    def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Straight:
+        """Return the straight motion from ``tail`` to ``head``, both [x, y, yaw]."""
+        start, end = ((float(q[0]), float(q[1]), float(q[2])) for q in (tail, head))
+        return Straight(start, end, self.height)
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
         """Return the derivative of the pose at ``q`` in the direction ``dq`` (3,)."""

@@ -6,12 +6,12 @@ from gm_ompl.plan.model import (
     DisplacementStep,
     PlacementRecord,
     Plan,
-    PoseRecord,
     RegraspStep,
     SegmentRecord,
     Statistics,
     Step,
 )
+from gm_ompl.plan.record import PoseRecord
 
 __all__ = [
     "FORMAT",

@@ -7,21 +7,22 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move, Regrasp
+from gm_ompl.plan.arcs import arc_record
 from gm_ompl.plan.model import (
     FORMAT,
     DisplacementStep,
     Mode,
     PlacementRecord,
     Plan,
-    PoseRecord,
     RegraspStep,
     SegmentRecord,
     Statistics,
     Status,
-    Vector,
 )
+from gm_ompl.plan.record import PoseRecord, Vector
 from gm_ompl.problem import Problem
 
 ROUNDING = 1e-9  # a solver may return f_com this far (relative to f_max) outside [0, f_max]
@@ -112,12 +113,14 @@ def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
         )
         for decision in move.segments
     )
+    arc = problem.motion.arc(move.start, move.end)
     return DisplacementStep(
         kind="displacement",
         from_=_floats(move.start),
         to=_floats(move.end),
-        pose_from=pose_record(problem, move.start),
-        pose_to=pose_record(problem, move.end),
+        arc=arc_record(arc),
+        pose_from=pose_record(arc.start),
+        pose_to=pose_record(arc.end),
         placements=tuple(placement_record(problem, row) for row in move.placements),
         segments=segments,
         cost=float(move.cost),
@@ -136,6 +139,7 @@ def _regrasp(problem: Problem, move: Regrasp) -> RegraspStep:
         finger=int(move.finger),
         from_=placement_record(problem, move.placements[move.finger]),
         to=placement_record(problem, move.target),
+        way=None,
         placements=tuple(placement_record(problem, row) for row in move.placements),
         modes=tuple(modes),
         f_com=tuple(_within(f, m) for f, m in zip(f_com, limits, strict=True)),
@@ -164,9 +168,8 @@ def _vector(values: Sequence[float]) -> Vector:
     return x, y, z
 
 
-def pose_record(problem: Problem, q: Coordinates) -> PoseRecord:
-    """Return the object's pose at coordinates ``q``."""
-    pose = problem.motion.pose(q)
+def pose_record(pose: Pose) -> PoseRecord:
+    """Return a pose as the file states it."""
     w, x, y, z = (float(value) for value in pose.quaternion())
     return PoseRecord(position=_vector(pose.position.tolist()), quaternion=(w, x, y, z))
 

@@ -26,7 +26,10 @@ MAX_SHOWN = 20  # mistakes reported at once
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _Path = tuple[int | str, ...]
-_KINDS = ("displacement", "regrasp")  # pydantic names a union's member inside an error's path
+OLD_FORMAT = "gm-ompl-plan/1"
+_ARCS = tuple(f"arc: {kind}" for kind in ("translation", "rotation", "straight"))
+# pydantic names a union's member inside an error's path
+_KINDS = ("displacement", "regrasp", *_ARCS)
 
 
 def plain(value: dict[str, Any]) -> dict[str, Any]:
@@ -100,8 +103,7 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     if data.get("format") != format_name:
         refuse_other(one_line(str(path)), data.get("format"), KIND)
         raise PlanFileError(
-            f"{where(path, text, ('format',))}: {_shown(data.get('format'))}: not a plan that can "
-            f'be read; a plan file says "format": "{format_name}"'
+            f"{where(path, text, ('format',))}: {_other_format(data.get('format'), format_name)}"
         )
     found = list(_unusable(path, data))
     try:
@@ -116,6 +118,17 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     if len(found) > MAX_SHOWN:
         lines.append(f"{path}: and {len(found) - MAX_SHOWN} more mistakes")
     raise PlanFileError("\n".join(map(one_line, lines)))
+
+
+def _other_format(given: object, format_name: str) -> str:
+    if given == OLD_FORMAT:
+        return (
+            f'"{given}": an older format, without the arcs along which the object moves; this '
+            f'version reads "{format_name}": plan again (the scenario is in the file)'
+        )
+    return (
+        f'{_shown(given)}: not a plan that can be read; a plan file says "format": "{format_name}"'
+    )
 
 
 class _DuplicateKeyError(ValueError):

@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import MisfitError, PlanFileError
+from gm_ompl.plan.arc_model import RotationArc
 from gm_ompl.plan.files import KIND, MAX_SHOWN
-from gm_ompl.plan.model import DisplacementStep, Plan, PoseRecord, RegraspStep
+from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.plan.places import where
+from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Problem
 from gm_ompl.reading import one_line, read_text
 from gm_ompl.scenario.scenario import Scenario
@@ -79,6 +81,8 @@ def _displacement(place: Place, step: DisplacementStep, problem: Problem) -> Ite
     yield from _coordinates((*place, "to"), step.to, problem)
     yield from _pose((*place, "pose_from"), step.pose_from)
     yield from _pose((*place, "pose_to"), step.pose_to)
+    if isinstance(step.arc, RotationArc):
+        yield from _unit((*place, "arc", "rotation", "axis"), step.arc.rotation.axis)
     yield from _per_finger(place, step, ("placements",), problem)
     for i, placement in enumerate(step.placements):
         yield from _unit((*place, "placements", i, "normal"), placement.normal)

@@ -1,4 +1,4 @@
-"""The plan file as frozen values (format ``gm-ompl-plan/1``).
+"""The plan file as frozen values (format ``gm-ompl-plan/2``).
 
 The types say which keys exist and what type each has, nothing more: whether a plan is *right* is
 for ``gm_ompl.check`` to judge, so a plan that claims nonsense in the right form can be loaded.
@@ -10,40 +10,20 @@ import os
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from gm_ompl.plan import files
+from gm_ompl.plan.arc_model import ArcRecord
+from gm_ompl.plan.record import PoseRecord, Record, Vector
 
-FORMAT: Final = "gm-ompl-plan/1"
+FORMAT: Final = "gm-ompl-plan/2"
 
 Status: TypeAlias = Literal["solved", "infeasible", "budget", "interrupted"]
 Mode: TypeAlias = Literal["position", "force"]
-Vector: TypeAlias = tuple[float, float, float]
-Quaternion: TypeAlias = tuple[float, float, float, float]
 Json: TypeAlias = dict[str, Any]
 
 
-class _Record(BaseModel):
-    """What all parts of a plan share: frozen, strictly typed, no unknown key, no NaN."""
-
-    model_config = ConfigDict(
-        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, validate_by_name=True
-    )
-
-
-class PoseRecord(_Record):
-    """Where the object is.
-
-    Attributes:
-        position: the centre of mass, world frame.
-        quaternion: unit, (w, x, y, z), object to world.
-    """
-
-    position: Vector
-    quaternion: Quaternion
-
-
-class PlacementRecord(_Record):
+class PlacementRecord(Record):
     """Where a finger touches the object.
 
     Attributes:
@@ -59,7 +39,7 @@ class PlacementRecord(_Record):
     normal: Vector
 
 
-class SegmentRecord(_Record):
+class SegmentRecord(Record):
     """One segment of a displacement arc, judged at its midpoint.
 
     Attributes:
@@ -73,12 +53,13 @@ class SegmentRecord(_Record):
     z: float
 
 
-class DisplacementStep(_Record):
+class DisplacementStep(Record):
     """One arc for displacement of the object, the fingertips fixed on it.
 
     Attributes:
         from_: object coordinates at the tail (``from`` in the file).
         to: object coordinates at the head, unwrapped.
+        arc: how the object moves from ``pose_from``.
         pose_from: the pose at ``from_``.
         pose_to: the pose at ``to``.
         placements: per physical finger.
@@ -91,6 +72,7 @@ class DisplacementStep(_Record):
         validation_alias="from", serialization_alias="from", min_length=1
     )
     to: tuple[float, ...] = Field(min_length=1)
+    arc: ArcRecord
     pose_from: PoseRecord
     pose_to: PoseRecord
     placements: tuple[PlacementRecord, ...]
@@ -98,7 +80,7 @@ class DisplacementStep(_Record):
     cost: float
 
 
-class RegraspStep(_Record):
+class RegraspStep(Record):
     """One arc for regrasping: a finger changes its placement while the object rests.
 
     Attributes:
@@ -106,6 +88,8 @@ class RegraspStep(_Record):
         finger: the physical finger that is lifted, from 0.
         from_: its placement before (``from`` in the file).
         to: its placement after.
+        way: the fingertip's centre on its way through the air, world frame; None where it is not
+            planned.
         placements: per physical finger, before the move.
         modes: per finger, None for the lifted one.
         f_com: per finger, None under position control and for the lifted one.
@@ -118,6 +102,7 @@ class RegraspStep(_Record):
     finger: int = Field(ge=0)
     from_: PlacementRecord = Field(validation_alias="from", serialization_alias="from")
     to: PlacementRecord
+    way: tuple[Vector, ...] | None
     placements: tuple[PlacementRecord, ...]
     modes: tuple[Mode | None, ...]
     f_com: tuple[float | None, ...]
@@ -128,7 +113,7 @@ class RegraspStep(_Record):
 Step: TypeAlias = Annotated[DisplacementStep | RegraspStep, Field(discriminator="kind")]
 
 
-class Statistics(_Record):
+class Statistics(Record):
     """What the search did; a planner may add keys.
 
     Attributes:
@@ -152,11 +137,11 @@ class Statistics(_Record):
         return self
 
 
-class Plan(_Record):
+class Plan(Record):
     """A plan, or the reason why there is none.
 
     Attributes:
-        format: always ``gm-ompl-plan/1``.
+        format: always ``gm-ompl-plan/2``.
         status: "solved", "infeasible", "budget" or "interrupted".
         planner: the planner's name.
         seed: the random seed.
@@ -170,7 +155,7 @@ class Plan(_Record):
         steps: in order; each starts where the last ended.
     """
 
-    format: Literal["gm-ompl-plan/1"]
+    format: Literal["gm-ompl-plan/2"]
     status: Status
     planner: str
     seed: int | None

@@ -196,7 +196,7 @@ def impossible(problem: Problem, judge: Judge) -> bool:
 
 
 def _has_set(problem: Problem, judge: Judge, q: Coordinates, given: tuple[int | None, ...]) -> bool:
-    geometry = judge.node(q)
+    geometry = judge.node(problem.motion.pose(q))
     if not geometry.object_free:
         return False
     allowed = restricted(geometry.free, given)

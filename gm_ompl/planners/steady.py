@@ -20,9 +20,9 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
-from gm_ompl.graph.cost import chords, displacement_cost
+from gm_ompl.graph.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Moment
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Placements, Problem
 
@@ -68,28 +68,25 @@ def mode_switches(problem: Problem, moves: Sequence[Move]) -> int:
     """Return how often a finger's mode changes along ``moves`` while it stays in contact."""
     modes = [
         spread(decision, fingers, problem.fingers.count)
-        for _, _, fingers, _, decision in _decisions(problem, moves)
+        for _, fingers, _, decision in _decisions(problem, moves)
     ]
     return sum(switches(a, b) for a, b in pairwise(modes))
 
 
 def _decisions(
     problem: Problem, moves: Sequence[Move]
-) -> Iterator[tuple[Coordinates, Coordinates | None, tuple[int, ...], Placements, ModeDecision]]:
-    """Yield (q, direction or None at rest, fingers, their placements, decision) along the plan."""
+) -> Iterator[tuple[Moment, tuple[int, ...], Placements, ModeDecision]]:
+    """Yield (instant, fingers, their placements, decision) along the plan."""
+    everyone, motion = tuple(range(problem.fingers.count)), problem.motion
     for move in moves:
-        everyone = tuple(range(problem.fingers.count))
         if isinstance(move, Regrasp):
             others = tuple(i for i in everyone if i != move.finger)
-            yield move.at, None, others, tuple(move.placements[i] for i in others), move.rest
+            rows = tuple(move.placements[i] for i in others)
+            yield motion.moment(move.at), others, rows, move.rest
             continue
-        direction = tuple(b - a for a, b in zip(move.start, move.end, strict=True))
-        P = len(move.segments)
-        for j, decision in enumerate(move.segments):
-            q = tuple(
-                a + (2 * j + 1) / (2 * P) * d for a, d in zip(move.start, direction, strict=True)
-            )
-            yield q, direction, everyone, move.placements, decision
+        middles = motion.arc(move.start, move.end).middles(len(move.segments))
+        for moment, decision in zip(middles, move.segments, strict=True):
+            yield moment, everyone, move.placements, decision
 
 
 def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Controlled]:
@@ -98,8 +95,8 @@ def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Controlled]:
         backend = KernelBackend(judge.problem)
         judge = Judge(judge.problem, backend)
     known: dict[tuple[object, ...], Alternatives] = {}
-    for q, direction, fingers, placements, decision in _decisions(judge.problem, moves):
-        key = (judge.environment(q, direction), fingers, placements)
+    for moment, fingers, placements, decision in _decisions(judge.problem, moves):
+        key = (judge.environment(moment), fingers, placements)
         if key not in known:
             known[key] = backend.alternatives(*key)
         yield Controlled(key, known[key], fingers, decision)
@@ -190,10 +187,6 @@ def _lengths(problem: Problem, move: Displacement) -> list[list[float]]:
     P, table = len(move.segments), problem.fingers.placements
     rows = np.asarray(move.placements, dtype=np.int64)
     centres = table.points[rows] - problem.fingers.radius[:, None] * table.normals[rows]
-    cuts = [
-        tuple(a + j / P * (b - a) for a, b in zip(move.start, move.end, strict=True))
-        for j in range(P)
-    ]
-    poses = [problem.motion.pose(q) for q in (*cuts, move.end)]
-    lengths: list[list[float]] = chords(poses, centres).T.tolist()
+    arc = problem.motion.arc(move.start, move.end)
+    lengths: list[list[float]] = arc.chords(centres, P).T.tolist()
     return lengths

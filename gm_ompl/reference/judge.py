@@ -5,22 +5,24 @@ from __future__ import annotations
 import enum
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import BoolArray
 from gm_ompl.contact.decision import ModeDecision, Outcome
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Regrasp
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.reference.modes import Modes, decide_modes
+from gm_ompl.reference.swept import SweptJudge
 
 Decide: TypeAlias = Callable[[Instant, Modes | None], ModeDecision]
 
@@ -74,77 +76,88 @@ class ReferenceJudge:
         self._scene = Scene(problem.body, obstacles, problem.environment.floor)
         table = problem.fingers.placements
         self._centres = [table.centres(float(r)) for r in problem.fingers.radius]
-        self._object: dict[Coordinates, bool] = {}
-        self._contacts: dict[tuple[Coordinates, Coordinates | None], ContactState] = {}
-        self._free: dict[tuple[Coordinates, int], BoolArray] = {}
+        self._swept = SweptJudge(problem.body, tuple(obstacles), problem.environment.floor)
+        self._object: dict[bytes, bool] = {}
+        self._contacts: dict[Hashable, ContactState] = {}
+        self._free: dict[tuple[bytes, int], BoolArray] = {}
+        self._along: dict[Hashable, bool] = {}
         self._memo: dict[tuple[object, ...], ModeDecision] = {}
 
-    def node_valid(self, q: Sequence[float], placements: Placements) -> bool:
-        """Whether nothing penetrates anything with the object at ``q`` (d,)."""
-        at = tuple(float(x) for x in q)
-        if not self._object_free(at):
+    def node_valid(self, pose: Pose, placements: Placements) -> bool:
+        """Whether nothing penetrates anything with the object at ``pose``."""
+        if not self._object_free(pose):
             return False
-        if not all(self._free_placements(at, i)[p] for i, p in enumerate(placements)):
+        if not all(self._free_placements(pose, i)[p] for i, p in enumerate(placements)):
             return False
         return all(
             self._apart(i, placements[i], j, placements[j])
             for i, j in itertools.combinations(range(len(placements)), 2)
         )
 
+    def arc_free(self, arc: Arc, placements: Placements) -> bool:
+        """Whether object and fingertips penetrate no environment anywhere along ``arc``."""
+        if arc.key not in self._along:
+            self._along[arc.key] = self._swept.object_blocked(arc) is None
+        if not self._along[arc.key]:
+            return False
+        return all(self._tip_free(arc, i, p) for i, p in enumerate(placements))
+
+    def _tip_free(self, arc: Arc, finger: int, placement: int) -> bool:
+        radius, key = float(self.problem.fingers.radius[finger]), (arc.key, finger, placement)
+        if key not in self._along:
+            centre = self._centres[finger][placement]
+            self._along[key] = self._swept.tip_blocked(arc, centre, radius) is None
+        return self._along[key]
+
     def segment(
-        self, q: Sequence[float], dq: Sequence[float], placements: Placements,
-        prefer: Modes | None = None,
-    ) -> Verdict:  # fmt: skip
-        """Judge the instant at ``q`` (d,) while the object moves in the direction ``dq`` (d,)."""
-        if not self.node_valid(q, placements):
+        self, moment: Moment, placements: Placements, prefer: Modes | None = None
+    ) -> Verdict:
+        """Judge an instant of the object's motion."""
+        if not self.node_valid(moment.pose, placements):
             return Verdict(Finding.PENETRATION, None)
         fingers = tuple(range(len(placements)))
-        return self._verdict(self.contacts(q, dq), fingers, placements, prefer)
+        return self._verdict(self.contacts(moment), fingers, placements, prefer)
 
-    def rest(self, q: Sequence[float], placements: Placements, lifted: int) -> Verdict:
-        """Judge the object at rest at ``q`` (d,) with finger ``lifted`` off it."""
+    def rest(self, pose: Pose, placements: Placements, lifted: int) -> Verdict:
+        """Judge the object at rest at ``pose`` with finger ``lifted`` off it."""
         fingers = tuple(i for i in range(len(placements)) if i != lifted)
         remaining = tuple(placements[i] for i in fingers)
-        return self._verdict(self.contacts(q, None), fingers, remaining, None)
+        return self._verdict(self.contacts(Moment(pose)), fingers, remaining, None)
 
-    def contacts(self, q: Sequence[float], dq: Sequence[float] | None) -> ContactState:
-        """Return the environment contacts at ``q``, in motion along ``dq`` or at rest (None)."""
-        key = (tuple(q), None if dq is None else tuple(dq))
-        if key not in self._contacts:
-            motion, body = self.problem.motion, self.problem.body
-            pose = motion.pose(q)
-            touching = environment_contacts(body, self.problem.environment, pose)
-            twist = None if dq is None else motion.velocity(q, dq)
-            self._contacts[key] = contact_state(touching, pose, twist, body)
-        return self._contacts[key]
+    def contacts(self, moment: Moment) -> ContactState:
+        """Return the environment contacts at ``moment``."""
+        if moment.key not in self._contacts:
+            body, environment = self.problem.body, self.problem.environment
+            self._contacts[moment.key] = contacts_at(moment, body, environment)
+        return self._contacts[moment.key]
 
     def displacement(
         self, start: Coordinates, end: Coordinates, placements: Placements, segments: int
     ) -> Displacement | None:
         """Return the arc from ``start`` to ``end``, judged in equal segments, or None.
 
-        Each segment is judged at its midpoint; the end nodes' validity is not part of the arc.
+        It is swept, and each segment judged at its midpoint; that fingertips are clear of each
+        other and of the object is said by the end nodes' validity, which is not part of the arc.
         """
+        arc = self.problem.motion.arc(start, end)
         decisions: list[ModeDecision] = []
-        dq = np.subtract(end, start)
-        for j in range(segments):
+        for moment in arc.middles(segments):
             prefer = decisions[-1].modes if decisions else None
-            q = start + dq * ((j + 0.5) / segments)
-            verdict = self.segment(q.tolist(), dq.tolist(), placements, prefer)
+            verdict = self.segment(moment, placements, prefer)
             if verdict.finding is not Finding.HOLDS or verdict.decision is None:
                 return None
             decisions.append(verdict.decision)
-        cost = self.displacement_cost(start, end, placements, [d.z for d in decisions])
+        if not self.arc_free(arc, placements):
+            return None
+        cost = self.displacement_cost(arc, placements, [d.z for d in decisions])
         return Displacement(start, end, placements, tuple(decisions), cost)
 
-    def displacement_cost(
-        self, start: Coordinates, end: Coordinates, placements: Placements, z: Sequence[float]
-    ) -> float:
+    def displacement_cost(self, arc: Arc, placements: Placements, z: Sequence[float]) -> float:
         """Return Eq. (9) for an arc whose equal segments have the margins ``z``."""
-        dq = np.subtract(end, start)
-        poses = [self.problem.motion.pose(start + dq * (j / len(z))) for j in range(len(z) + 1)]
         weights = [1.0 + _penalty(self.problem.cost.stability, z_j) for z_j in z]
-        travels = [self._travel(poses, i, p) for i, p in enumerate(placements)]
+        travels = [
+            arc.chords(self._centres[i][p : p + 1], len(z))[:, 0] for i, p in enumerate(placements)
+        ]
         return max((float(np.dot(weights, travel)) for travel in travels), default=0.0)
 
     def regrasp(
@@ -154,7 +167,7 @@ class ReferenceJudge:
 
         The head's validity is not part of the arc.
         """
-        verdict = self.rest(q, placements, finger)
+        verdict = self.rest(self.problem.motion.pose(q), placements, finger)
         if verdict.finding is not Finding.HOLDS or verdict.decision is None:
             return None
         cost = self.problem.cost.regrasp
@@ -192,16 +205,15 @@ class ReferenceJudge:
             self.decisions += 1
         return self._memo[full]
 
-    def _object_free(self, q: Coordinates) -> bool:
-        if q not in self._object:
-            self._object[q] = self._scene.object_free(self.problem.motion.pose(q))
-        return self._object[q]
+    def _object_free(self, pose: Pose) -> bool:
+        if pose.key not in self._object:
+            self._object[pose.key] = self._scene.object_free(pose)
+        return self._object[pose.key]
 
-    def _free_placements(self, q: Coordinates, finger: int) -> BoolArray:
-        """Return which placements are free for ``finger`` with the object at ``q``, (P,)."""
-        key = (q, finger)
+    def _free_placements(self, pose: Pose, finger: int) -> BoolArray:
+        """Return which placements are free for ``finger`` with the object at ``pose``, (P,)."""
+        key = (pose.key, finger)
         if key not in self._free:
-            pose = self.problem.motion.pose(q)
             self._free[key] = self._scene.free_placements(
                 pose,
                 self._centres[finger],
@@ -218,12 +230,6 @@ class ReferenceJudge:
                 self._centres[j][q : q + 1], float(radius[j]),
             )[0, 0]
         )  # fmt: skip
-
-    def _travel(self, poses: Sequence[Pose], finger: int, placement: int) -> Array:
-        """Return the chords of the fingertip centre's path between ``poses``."""
-        path = np.array([pose.apply(self._centres[finger][placement]) for pose in poses])
-        chords: Array = np.linalg.norm(np.diff(path, axis=0), axis=1)
-        return chords
 
 
 def _penalty(stability: float, z: float) -> float:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move
 from gm_ompl.problem import Placements, Problem
@@ -163,17 +164,20 @@ class Graph:
 
     def _regrasps(self, node: Node, finger: int) -> Iterator[tuple[Node, float]]:
         at, placements = node
-        q = self._lattice.coordinates(at)
+        pose = self._pose(at)
         for target in range(len(self._problem.fingers.placements)):
             head = (at, self._unordered(_replaced(placements, finger, target)))
             if target == placements[finger] or not self._valid(head):
                 continue
             self._arcs += 1
-            if self._judge.rest(q, placements, finger).finding is Finding.HOLDS:
+            if self._judge.rest(pose, placements, finger).finding is Finding.HOLDS:
                 yield head, self._problem.cost.regrasp
 
     def _valid(self, node: Node) -> bool:
-        return self._judge.node_valid(self._lattice.coordinates(node[0]), node[1])
+        return self._judge.node_valid(self._pose(node[0]), node[1])
+
+    def _pose(self, at: int) -> Pose:
+        return self._problem.motion.pose(self._lattice.coordinates(at))
 
     def _placement_sets(self, given: tuple[int | None, ...]) -> Iterator[Placements]:
         """Yield every unordered choice of placements with the given ones in place."""

@@ -11,8 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cost import chords
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements, Problem
 
 WHOLE_STEPS = 1e-7
@@ -48,13 +47,6 @@ def _position(axis: Array, period: float | None, value: float) -> float:
 def strides_needed(problem: Problem, start: Sequence[float], end: Sequence[float]) -> int:
     """Return into how many strides of at most one lattice step a straight line divides."""
     return max(1, math.ceil(lattice_steps(problem, start, end) - WHOLE_STEPS))
-
-
-def between(start: Coordinates, end: Coordinates, fraction: float) -> Coordinates:
-    """Return the point at ``fraction`` of a straight line; its ends exactly."""
-    if fraction in (0.0, 1.0):
-        return end if fraction else start
-    return tuple(u + fraction * (v - u) for u, v in zip(start, end, strict=True))
 
 
 def extents(problem: Problem) -> tuple[float, ...]:
@@ -99,13 +91,6 @@ def split(problem: Problem, start: Coordinates, end: Coordinates) -> list[Coordi
     return [*points, end]
 
 
-def direction_of(start: Coordinates, end: Coordinates) -> Coordinates:
-    """Return the direction of a straight motion, the same for all along one coordinate."""
-    difference = [v - u for u, v in zip(start, end, strict=True)]
-    longest = max(abs(value) for value in difference)
-    return tuple(value / longest for value in difference)
-
-
 @final
 class Line:
     """A straight motion within one piece, divided into segments (Sec. 4.2), judged on demand.
@@ -119,36 +104,37 @@ class Line:
     Attributes:
         start: likewise.
         end: likewise.
-        direction: of the motion.
-        midpoints: of the segments.
-        poses: at the segments' ends (parts + 1).
+        parts: likewise.
+        arc: the object's motion.
+        middles: of the segments.
     """
 
     def __init__(self, judge: Judge, start: Coordinates, end: Coordinates, parts: int) -> None:
         self._judge = judge
-        self.start, self.end = start, end
-        self.direction = direction_of(start, end)
-        self.midpoints = tuple(between(start, end, (2 * j + 1) / (2 * parts)) for j in range(parts))
-        pose = judge.problem.motion.pose
-        self.poses = tuple(pose(between(start, end, j / parts)) for j in range(parts + 1))
+        self.start, self.end, self.parts = start, end, parts
+        self.arc = judge.problem.motion.arc(start, end)
+        self.middles = self.arc.middles(parts)
 
     def environment(self, segment: int) -> int:
         """Return the back end's number of the contact state at a segment's midpoint."""
-        return self._judge.environment(self.midpoints[segment], self.direction)
+        return self._judge.environment(self.middles[segment])
 
     def admits(self, placements: Placements) -> bool:
-        """Whether object and fingertips penetrate nothing at the ends and the midpoints."""
+        """Whether object and fingertips penetrate nothing anywhere along it."""
         judge = self._judge
         if not judge.apart(placements):
             return False
-        places = (self.start, self.end, *(self.midpoints[j] for j in _coarse_to_fine(self)))
-        return all(judge.node(q).admits(placements) for q in places)
+        # Each by itself costs little and mostly fails where the whole does.
+        ends = (self.arc.start, self.arc.end)
+        if not all(judge.node(pose).admits(placements) for pose in ends):
+            return False
+        return judge.along(self.arc).admits(placements)
 
     def decisions(self, placements: Placements) -> tuple[ModeDecision, ...] | None:
         """Return the segments' mode decisions, or None where one has z < z_min."""
         backend, z_min = self._judge.backend, self._judge.problem.mechanics.z_min
         fingers = tuple(range(len(placements)))
-        order = _coarse_to_fine(self)
+        order = coarse_to_fine(self.parts)
         for j in order:
             if backend.bound(self.environment(j), fingers, placements) < z_min:
                 return None
@@ -163,12 +149,7 @@ class Line:
         """Return |dq_finger i,j| of Eq. (9), (n, segments)."""
         rows = [self._judge.centres(i)[row] for i, row in enumerate(placements)]
         centres = np.array(rows).reshape(-1, 3)
-        return np.ascontiguousarray(chords(self.poses, centres).T)
-
-
-def _coarse_to_fine(line: Line) -> list[int]:
-    """Return the segments in bisecting order, so that a stretch that fails is met soon."""
-    return coarse_to_fine(len(line.midpoints))
+        return np.ascontiguousarray(self.arc.chords(centres, self.parts).T)
 
 
 def coarse_to_fine(count: int) -> list[int]:

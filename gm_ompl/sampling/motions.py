@@ -72,7 +72,7 @@ class ContinuousModel:
     def state_valid(self, q: Coordinates, placements: Placements) -> bool:
         """Whether nothing penetrates at ``q``; fingers that are UNPLACED touch nothing."""
         placed = [i for i in self._fingers if placements[i] != UNPLACED]
-        node, clear = self.judge.node(q), self.judge.clear
+        node, clear = self.judge.node(self.problem.motion.pose(q)), self.judge.clear
         if not node.object_free or not all(node.free[i][placements[i]] for i in placed):
             return False
         for k, i in enumerate(placed):
@@ -147,7 +147,7 @@ class ContinuousModel:
             return None
         others = tuple(i for i in self._fingers if i != finger)
         rows = tuple(placements[i] for i in others)
-        rest = self.judge.rest(q, others, rows, self._z_min)
+        rest = self.judge.rest(self.problem.motion.pose(q), others, rows, self._z_min)
         if not rest.z >= self._z_min:
             return None
         cost = self.problem.cost.regrasp

@@ -9,10 +9,9 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.moves import Move
 from gm_ompl.problem import Problem
-from gm_ompl.sampling.lines import between
 from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.sampling.stages import Stage, StageJudge, Stages, changed, stages_of
 from gm_ompl.sampling.tree import Stop

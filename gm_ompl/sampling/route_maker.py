@@ -9,8 +9,8 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.sampling.lines import between, coarse_to_fine, extents, same, strides_needed, unwrapped
+from gm_ompl.motion.lattice import Coordinates, between
+from gm_ompl.sampling.lines import extents, same, split, unwrapped
 from gm_ompl.sampling.routes import Route
 
 OBJECT_STEPS = 2000
@@ -136,11 +136,11 @@ class RouteMaker:
         return towards if gap <= REACH else between(here, towards, REACH / gap)
 
     def _object_free(self, a: Coordinates, b: Coordinates) -> bool:
-        count = 2 * strides_needed(self._problem, a, b)
-        return all(
-            self._judge.node(between(a, b, (j + 1) / count)).object_free
-            for j in coarse_to_fine(count)
-        )
+        points, motion = split(self._problem, a, b), self._problem.motion
+        if not self._judge.node(motion.pose(b)).object_free:
+            return False
+        arcs = (motion.arc(*ends) for ends in itertools.pairwise(points))
+        return all(self._judge.along(arc).object_free for arc in arcs)
 
     @staticmethod
     def _back(points: list[Coordinates], parents: list[int]) -> list[Coordinates]:

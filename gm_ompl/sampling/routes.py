@@ -11,14 +11,11 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
-from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph.cost import chords
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Arc, Moment
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements
 from gm_ompl.sampling.lines import (
-    between,
     coarse_to_fine,
-    direction_of,
     split,
     strides_needed,
 )
@@ -40,7 +37,7 @@ class Route:
         points: likewise.
         finer: likewise.
         vertices: the strides' ends (K + 1).
-        midpoints: (K * P), of the segments.
+        arcs: the strides (K).
         object_free: whether the object penetrates nothing on the way.
         states: (K, P), contact states, -1 where not yet asked for.
         tried: (K, P), mode decisions asked for per segment, and
@@ -53,14 +50,13 @@ class Route:
         problem = judge.problem
         P = problem.cost.samples_per_arc
         self.vertices: list[Coordinates] = [self.points[0]]
-        self.midpoints: list[Coordinates] = []
-        self._directions: list[Coordinates] = []
-        self._cuts: list[Coordinates] = [self.points[0]]
+        self.arcs: list[Arc] = []
         for a, b in itertools.pairwise(self.points):
             corners = split(problem, a, b)
             for start, end in itertools.pairwise(corners):
-                self._append(start, end, finer * strides_needed(problem, start, end), P)
-        self.strides = len(self.vertices) - 1
+                self._append(start, end, finer * strides_needed(problem, start, end))
+        self.strides = len(self.arcs)
+        self._middles: list[tuple[Moment, ...] | None] = [None] * self.strides
         self.states: IntArray = np.full((self.strides, P), -1, dtype=np.int64)
         self.tried, self.failed = np.zeros((2, self.strides, P))
         rank = np.empty(self.strides * P)
@@ -69,26 +65,19 @@ class Route:
         self._rests: dict[int, int] = {}
         self._geometry()
 
-    def _append(self, start: Coordinates, end: Coordinates, strides: int, P: int) -> None:
-        parts = strides * P
-        direction = direction_of(start, end)
-        for j in range(parts):
-            self.midpoints.append(between(start, end, (2 * j + 1) / (2 * parts)))
-            self._directions.append(direction)
-            self._cuts.append(between(start, end, (j + 1) / parts))
-        self.vertices.extend(between(start, end, (k + 1) / strides) for k in range(strides))
+    def _append(self, start: Coordinates, end: Coordinates, strides: int) -> None:
+        corners = [between(start, end, k / strides) for k in range(strides + 1)]
+        self.vertices.extend(corners[1:])
+        arc = self._judge.problem.motion.arc
+        self.arcs.extend(arc(a, b) for a, b in itertools.pairwise(corners))
 
     def _geometry(self) -> None:
-        judge, K, P = self._judge, self.strides, self.states.shape[1]
-        nodes = [judge.node(q) for q in self.vertices]
-        middles = [judge.node(q) for q in self.midpoints]
-        self.object_free = all(node.object_free for node in nodes + middles)
+        judge, pose = self._judge, self._judge.problem.motion.pose
+        nodes = [judge.node(pose(q)) for q in self.vertices]
+        along = [judge.along(arc) for arc in self.arcs]
+        self.object_free = all(place.object_free for place in nodes + along)
         self.node_free = self._masks(nodes)
-        along = self._masks(middles)
-        n, rows = along.shape[:2]
-        free = along.reshape(n, rows, K, P).all(axis=3)
-        free &= self.node_free[:, :, :-1] & self.node_free[:, :, 1:]
-        self.free: BoolArray = np.ascontiguousarray(free)
+        self.free = self._masks(along)
 
     def _masks(self, nodes: list[NodeGeometry]) -> BoolArray:
         """Return (n, placements, len(nodes)), where each fingertip is free."""
@@ -102,40 +91,39 @@ class Route:
         """Return the contact state of segment ``p`` of stride ``k``."""
         known = int(self.states[k, p])
         if known < 0:
-            j = k * self.states.shape[1] + p
-            known = self._judge.environment(self.midpoints[j], self._directions[j])
-            self.states[k, p] = known
+            middles = self._middles[k]
+            if middles is None:
+                middles = self._middles[k] = self.arcs[k].middles(self.states.shape[1])
+            known = self.states[k, p] = self._judge.environment(middles[p])
         return known
 
     def rest_state(self, vertex: int) -> int:
         """Return the contact state of the object at rest at ``vertex``."""
         known = self._rests.get(vertex)
         if known is None:
-            known = self._rests[vertex] = self._judge.environment(self.vertices[vertex], None)
+            pose = self._judge.problem.motion.pose(self.vertices[vertex])
+            known = self._rests[vertex] = self._judge.environment(Moment(pose))
         return known
-
-    @cached_property
-    def poses(self) -> list[Pose]:
-        """The object's poses at the segments' ends (K * P + 1)."""
-        return [self._judge.problem.motion.pose(q) for q in self._cuts]
 
     @cached_property
     def lengths(self) -> Array:
         """|dq_finger i,j| of Eq. (9) for all placements, (n, placements, K, P)."""
-        judge, shape = self._judge, self.states.shape
+        judge, P = self._judge, self.states.shape[1]
         radii = judge.problem.fingers.radius.tolist()
         known: dict[float, Array] = {}
         for i, radius in enumerate(radii):
             if radius not in known:
-                known[radius] = chords(self.poses, judge.centres(i)).T.reshape(-1, *shape)
+                each = [arc.chords(judge.centres(i), P).T for arc in self.arcs]
+                known[radius] = np.stack(each, axis=1)
         return np.ascontiguousarray(np.stack([known[radius] for radius in radii]))
 
     def stride_lengths(self, k: int, placements: Placements) -> list[list[float]]:
         """Return |dq_finger i,j| along stride ``k``, per finger and segment."""
         judge, P = self._judge, self.states.shape[1]
         rows = [judge.centres(i)[row] for i, row in enumerate(placements)]
-        poses = self.poses[k * P : (k + 1) * P + 1]
-        lengths: list[list[float]] = chords(poses, np.array(rows).reshape(-1, 3)).T.tolist()
+        lengths: list[list[float]] = (
+            self.arcs[k].chords(np.array(rows).reshape(-1, 3), P).T.tolist()
+        )
         return lengths
 
     def suspicion(self) -> Array:

@@ -13,8 +13,9 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, hull, mass_properties, shifted
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
-from gm_ompl.motion.path import PathMotion, Piece, Slide, path_lattice, tumble_towards
+from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
 from gm_ompl.motion.planar import FULL_TURN, PlanarMotion, planar_lattice
+from gm_ompl.motion.screw import Piece, Slide
 from gm_ompl.problem import (
     CostSettings,
     Environment,

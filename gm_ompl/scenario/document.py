@@ -222,13 +222,9 @@ _Dumper.add_representer(str, _represent_text)
 def dump(tree: Mapping[str, object]) -> str:
     """Return ``tree`` as YAML text that ``parse`` reads back unchanged."""
     text: str = yaml.dump(
-        dict(tree),
-        Dumper=_Dumper,
-        sort_keys=False,
-        default_flow_style=None,
-        allow_unicode=True,
+        dict(tree), Dumper=_Dumper, sort_keys=False, default_flow_style=None, allow_unicode=True,
         width=100,
-    )
+    )  # fmt: skip
     return text
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from scipy import sparse
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
+from gm_ompl.motion.arc import Moment
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.problem import Problem
 from gm_ompl.reference import highs
@@ -45,19 +46,17 @@ class Balance:
 
 def balance(
     problem: Problem,
-    q: Array,
-    direction: Array | None,
+    moment: Moment,
     placements: Sequence[PlacementRecord],
     force: Sequence[bool],
     f_com: Array,
     lifted: int | None = None,
 ) -> Balance:
-    """Return finger forces that hold the object at ``q``.
+    """Return finger forces that hold the object at ``moment``.
 
     Args:
         problem: the scenario.
-        q: object coordinates (d,).
-        direction: of the object's motion (d,); None at rest.
+        moment: where the object is and how it moves.
         placements: per finger.
         force: per finger, whether it is force-controlled.
         f_com: (n,), commanded normal forces; counts where ``force`` says so.
@@ -65,7 +64,7 @@ def balance(
     """
     n = len(placements)
     down = [i for i in range(n) if i != lifted]
-    model = statics_at(problem, q, direction, placements, down)
+    model = statics_at(problem, moment, placements, down)
     forced = np.array([bool(force[i]) for i in down], dtype=bool)
     commanded = np.array([f_com[i] for i in down]) / model.scale
     forces, least, most = np.zeros((n, 3)), np.full(n, np.nan), np.full(n, np.nan)
@@ -81,16 +80,12 @@ def balance(
 
 def statics_at(
     problem: Problem,
-    q: Array,
-    direction: Array | None,
+    moment: Moment,
     placements: Sequence[PlacementRecord],
     down: Sequence[int],
 ) -> Statics:
     """Return the mechanics of Sec. 2.2 at one place of a plan, the fingers ``down`` touching."""
-    pose = problem.motion.pose(q)
-    twist = None if direction is None else problem.motion.velocity(q, direction)
-    touching = environment_contacts(problem.body, problem.environment, pose)
-    contacts = contact_state(touching, pose, twist, problem.body)
+    contacts = contacts_at(moment, problem.body, problem.environment)
     # The plan's own points, whatever the table says: what is executed is the plan.
     instant = replace(
         problem.instant(contacts, tuple(down), (0,) * len(down)),

@@ -9,6 +9,9 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Moment, Segment
+from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
 from gm_ompl.problem import Problem
 
@@ -23,8 +26,7 @@ class Stretch:
     Attributes:
         step: number of the step in the plan.
         segment: number of the segment in the step.
-        start: object coordinates (d,) where it begins.
-        end: where it ends.
+        part: of the arc.
         f_com: per finger, commanded normal force, 0 under position control.
         z: the stability margin that the plan states.
         length: the way of the object's fastest vertex, chord.
@@ -32,8 +34,7 @@ class Stretch:
 
     step: int
     segment: int
-    start: Array
-    end: Array
+    part: Segment
     f_com: Array
     z: float
     length: float
@@ -60,7 +61,7 @@ class Move:
 
     Attributes:
         step: number of the step in the plan.
-        at: object coordinates.
+        pose: of the object.
         finger: the one that moves.
         placements: per finger, before.
         target: the moving finger's placement after.
@@ -70,7 +71,7 @@ class Move:
     """
 
     step: int
-    at: Array
+    pose: Pose
     finger: int
     placements: tuple[PlacementRecord, ...]
     target: PlacementRecord
@@ -91,11 +92,11 @@ def beats(plan: Plan, problem: Problem) -> tuple[Beat, ...]:
     found: list[Beat] = []
     for number, step in enumerate(plan.steps):
         if isinstance(step, RegraspStep):
-            found.append(_move(number, step))
+            found.append(_move(number, step, problem))
             continue
-        for run in _runs(number, step, problem):
+        for run in _runs(number, step, problem.body.vertices):
             last = found[-1] if found else None
-            if isinstance(last, Run) and _continues(last, run, problem):
+            if isinstance(last, Run) and _continues(last, run, problem.body.vertices):
                 found[-1] = Run(last.placements, last.force, (*last.stretches, *run.stretches))
             else:
                 found.append(run)
@@ -104,10 +105,10 @@ def beats(plan: Plan, problem: Problem) -> tuple[Beat, ...]:
     return tuple(found)
 
 
-def _move(number: int, step: RegraspStep) -> Move:
+def _move(number: int, step: RegraspStep, problem: Problem) -> Move:
     return Move(
         step=number,
-        at=np.array(step.at),
+        pose=problem.motion.pose(step.at),
         finger=step.finger,
         placements=step.placements,
         target=step.to,
@@ -117,36 +118,34 @@ def _move(number: int, step: RegraspStep) -> Move:
     )
 
 
-def _runs(number: int, step: DisplacementStep, problem: Problem) -> list[Run]:
-    cuts = np.linspace(step.from_, step.to, len(step.segments) + 1)
-    corners = [problem.motion.pose(q).apply(problem.body.vertices) for q in cuts]
+def _runs(number: int, step: DisplacementStep, corners: Array) -> list[Run]:
+    parts = arc_of(step).segments(len(step.segments))
     runs = []
-    for k, segment in enumerate(step.segments):
+    for k, (part, segment) in enumerate(zip(parts, step.segments, strict=True)):
+        way = part.end.apply(corners) - part.start.apply(corners)
         stretch = Stretch(
             step=number,
             segment=k,
-            start=cuts[k],
-            end=cuts[k + 1],
+            part=part,
             f_com=np.array([force or 0.0 for force in segment.f_com]),
             z=segment.z,
-            length=float(np.linalg.norm(corners[k + 1] - corners[k], axis=1).max()),
+            length=float(np.linalg.norm(way, axis=1).max()),
         )
         force = tuple(mode == "force" for mode in segment.modes)
         runs.append(Run(step.placements, force, (stretch,)))
     return runs
 
 
-def _continues(before: Run, after: Run, problem: Problem) -> bool:
+def _continues(before: Run, after: Run, corners: Array) -> bool:
     """Whether the object need not stop between two runs."""
     if before.force != after.force or before.placements != after.placements:
         return False
-    first, second = before.stretches[-1], after.stretches[0]
-    # Close to the joint, not on it: there a path of pieces answers for the next piece alone.
-    old = _direction(first.end - 1e-3 * (first.end - first.start), first, problem)
-    new = _direction(second.start + 1e-3 * (second.end - second.start), second, problem)
+    first, second = before.stretches[-1].part, after.stretches[0].part
+    old = _velocities(first.arc.moment(first.last), corners)
+    new = _velocities(second.arc.moment(second.first), corners)
     return bool((old * new).sum() >= STRAIGHT * np.linalg.norm(old) * np.linalg.norm(new))
 
 
-def _direction(q: Array, stretch: Stretch, problem: Problem) -> Array:
-    twist = problem.motion.velocity(q, stretch.end - stretch.start)
-    return twist.at(problem.body.vertices @ problem.motion.pose(q).rotation.T)
+def _velocities(moment: Moment, corners: Array) -> Array:
+    assert moment.twist is not None
+    return moment.twist.at(corners @ moment.pose.rotation.T)

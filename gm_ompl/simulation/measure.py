@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import contacts_at
+from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.model import DisplacementStep, Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.physics import STEP
@@ -85,17 +86,13 @@ class Measurement:
         for number, step in enumerate(self.plan.steps):
             if not isinstance(step, DisplacementStep):
                 continue
-            cuts = np.linspace(step.from_, step.to, len(step.segments) + 1)
+            middles = arc_of(step).middles(len(step.segments))
             of_step = self.moving & (self.timeline.step[self.rows] == number)
-            for k in range(len(step.segments)):
+            for k, moment in enumerate(middles):
                 rows = np.flatnonzero(of_step & (self.timeline.segment[self.rows] == k))
                 if not len(rows):
                     continue
-                middle, direction = (cuts[k] + cuts[k + 1]) / 2.0, cuts[k + 1] - cuts[k]
-                pose = problem.motion.pose(middle)
-                twist = problem.motion.velocity(middle, direction)
-                touching = environment_contacts(problem.body, problem.environment, pose)
-                state = contact_state(touching, pose, twist, problem.body)
+                state = contacts_at(moment, problem.body, problem.environment)
                 static = ~state.slip.any(axis=1)
                 worst = max(worst, self._moved(rows, state.points[static], state.normals[static]))
         return worst

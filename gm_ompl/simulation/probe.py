@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.model import DisplacementStep
 from gm_ompl.reference.stability import DIRECTIONS, resistances
 from gm_ompl.simulation.balance import statics_at
@@ -133,11 +134,9 @@ def resisted(setup: Setup, instant: int) -> Array:
     line, problem = setup.timeline, setup.problem
     step, k = setup.plan.steps[int(line.step[instant])], int(line.segment[instant])
     assert isinstance(step, DisplacementStep)
-    cuts = np.linspace(step.from_, step.to, len(step.segments) + 1)
     segment, n = step.segments[k], problem.fingers.count
-    model = statics_at(
-        problem, (cuts[k] + cuts[k + 1]) / 2.0, cuts[k + 1] - cuts[k], step.placements, range(n)
-    )
+    middle = arc_of(step).middles(len(step.segments))[k]
+    model = statics_at(problem, middle, step.placements, range(n))
     force = np.array([mode == "force" for mode in segment.modes], dtype=bool)
     f_com = np.array([f or 0.0 for f in segment.f_com]) / model.scale
     return resistances(model, np.where(force, f_com, model.f_max), force)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Moment
 from gm_ompl.plan.model import PlacementRecord, Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.beats import Move, Run, beats
 from gm_ompl.simulation.hover import TOUCHING, Hover
 from gm_ompl.simulation.pace import Pace, between, progress, ramp
-from gm_ompl.simulation.timeline import PHASES, Timeline, joined, poses
+from gm_ompl.simulation.timeline import PHASES, Timeline, joined, stacked
 
 TOUCH = 0.02
 """Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
@@ -65,7 +68,7 @@ class _Scheduler:
         self.notes: list[str] = []
         first = self.beats[0]
         n = problem.fingers.count
-        self.q = first.stretches[0].start if isinstance(first, Run) else first.at
+        self.pose = first.stretches[0].part.start if isinstance(first, Run) else first.pose
         self.z = first.stretches[0].z if isinstance(first, Run) else first.z
         self.step = -1
         self.hand = _Hand(
@@ -103,16 +106,17 @@ class _Scheduler:
         ends = np.cumsum(lengths)
         pace = self.pace
         along = progress(float(ends[-1]), pace.speed * self.size, pace.ramp, self.dt)
-        corners = np.array([first.start, *(stretch.end for stretch in run.stretches)])
-        nodes = np.concatenate([[0.0], ends])
-        q = np.stack([np.interp(along, nodes, column) for column in corners.T], axis=1)
         middles = ends - lengths / 2.0
         forces = np.array([stretch.f_com for stretch in run.stretches])
         f_com = between(along, middles, forces)
         which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
+        left = (ends[which] - along) / np.maximum(lengths[which], np.finfo(float).tiny)
+        done = np.clip(1.0 - left, 0.0, 1.0)
+        parts = [run.stretches[k].part for k in which]
+        way = [part.pose(share) for part, share in zip(parts, done.tolist(), strict=True)]
         self._add(
             "move",
-            q,
+            way,
             f_com=f_com,
             lean=between(along, middles, leans),
             least=np.array([found.least for found in balances])[which],
@@ -121,18 +125,15 @@ class _Scheduler:
             segment=np.array([stretch.segment for stretch in run.stretches])[which],
             z=np.array([stretch.z for stretch in run.stretches])[which],
         )
-        self.q, self.hand.f_com, self.hand.lean = q[-1], f_com[-1], leans[-1]
+        self.pose, self.hand.f_com, self.hand.lean = way[-1], f_com[-1], leans[-1]
         self.z, self.step = run.stretches[-1].z, run.stretches[-1].step
 
     def _balances(self, run: Run) -> list[Balance]:
         """Return forces that hold the object, per stretch."""
         found = [
-            balance(
-                self.problem, (s.start + s.end) / 2.0, s.end - s.start,
-                run.placements, run.force, s.f_com,
-            )
+            balance(self.problem, s.part.middle, run.placements, run.force, s.f_com)
             for s in run.stretches
-        ]  # fmt: skip
+        ]
         failed = [s for s, b in zip(run.stretches, found, strict=True) if not b.holds]
         if failed:
             self.notes.append(
@@ -167,9 +168,8 @@ class _Scheduler:
         force = np.array(move.force)
         force[i] = loaded  # the leaving finger unloads in the mode that it has
         f_com = np.where(np.arange(len(force)) == i, min(self.touch, hand.f_com[i]), move.f_com)
-        rest = balance(
-            self.problem, self.q, None, move.placements, move.force, move.f_com, lifted=i
-        )
+        still = Moment(self.pose)
+        rest = balance(self.problem, still, move.placements, move.force, move.f_com, lifted=i)
         if not rest.holds:
             self.notes.append(f"no forces balance in step {move.step}, finger {i} lifted")
         self._switch(force, f_com, rest.forces * self.lean)
@@ -202,12 +202,11 @@ class _Scheduler:
             if length > 0
         ]
         path = np.concatenate(legs) if legs else corners[:1]
-        self._add("travel", np.tile(self.q, (len(path), 1)), path=(i, path))
+        self._add("travel", [self.pose] * len(path), path=(i, path))
 
     def _hover(self) -> Hover:
-        pose, hand = self.problem.motion.pose(self.q), self.hand
-        height = self.pace.clearance * self.size
-        return Hover(self.problem, pose, hand.points, hand.normals, height)
+        hand, height = self.hand, self.pace.clearance * self.size
+        return Hover(self.problem, self.pose, hand.points, hand.normals, height)
 
     def _offs(self, which: BoolArray) -> Array:
         """Return (n, 3), how the fingers ``which`` stand off, object frame; 0 for the others."""
@@ -234,25 +233,24 @@ class _Scheduler:
         hand.down = hand.down | which
 
     def _rest(self, phase: str, seconds: float, off: Array | float = 0.0, **arrays: Array) -> None:
-        q = np.tile(self.q, (self._samples(seconds), 1))
-        self._add(phase, q, None, off, **arrays)
+        self._add(phase, [self.pose] * self._samples(seconds), None, off, **arrays)
 
     def _add(
         self,
         phase: str,
-        q: Array,
+        way: Sequence[Pose],
         path: tuple[int, Array] | None = None,
         off: Array | float = 0.0,
         **arrays: Array,
     ) -> None:
-        """Append instants at coordinates ``q`` (K, d); what is not given stays as it is.
+        """Append instants at the K poses ``way``; what is not given stays as it is.
 
         Fingertips are ``off`` (K, n, 3) where they touch, object frame.
         """
         assert arrays.keys() <= Timeline.__dataclass_fields__.keys()
-        K, hand = len(q), self.hand
+        K, hand = len(way), self.hand
         n = len(hand.points)
-        position, rotation = poses(self.problem.motion, q)
+        position, rotation = stacked(way)
         touching = hand.points - self.problem.fingers.radius[:, None] * hand.normals
         local = touching + np.broadcast_to(off, (K, n, 3))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]

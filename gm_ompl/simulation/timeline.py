@@ -10,7 +10,6 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.motion import Motion
 
 PHASES = ("settle", "approach", "switch", "move", "lift", "travel", "land")
 """What happens: fingers stand off, come down, modes and forces change, the object moves, and a
@@ -142,10 +141,6 @@ def joined(parts: Sequence[Timeline]) -> Timeline:
     return Timeline(dt=parts[0].dt, notes=notes, **arrays)
 
 
-def poses(motion: Motion, q: Array) -> tuple[Array, Array]:
-    """Return positions (K, 3) and rotations (K, 3, 3) at coordinates ``q`` (K, d)."""
-    if (q == q[0]).all():
-        pose = motion.pose(q[0])
-        return np.tile(pose.position, (len(q), 1)), np.tile(pose.rotation, (len(q), 1, 1))
-    each = [motion.pose(row) for row in q]
-    return np.array([pose.position for pose in each]), np.array([pose.rotation for pose in each])
+def stacked(poses: Sequence[Pose]) -> tuple[Array, Array]:
+    """Return positions (K, 3) and rotations (K, 3, 3)."""
+    return np.array([pose.position for pose in poses]), np.array([pose.rotation for pose in poses])

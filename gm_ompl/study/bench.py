@@ -162,21 +162,23 @@ def decisions_per_node(problem: Problem) -> float:
     """
     rng = np.random.default_rng(0)
     judge = Judge(problem, KernelBackend(problem))
-    lattice, n = problem.lattice, problem.fingers.count
+    lattice, n, pose = problem.lattice, problem.fingers.count, problem.motion.pose
     counts: list[int] = []
     for _ in range(50 * SAMPLED_NODES):
         if len(counts) == SAMPLED_NODES:
             break
         at = int(rng.integers(lattice.size))
-        free = judge.node(lattice.coordinates(at)).free
+        free = judge.node(pose(lattice.coordinates(at))).free
         rows = [np.flatnonzero(mask) for mask in free]
         if not all(len(r) for r in rows):
             continue
         placements = tuple(int(rng.choice(r)) for r in rows)
         if judge.apart(placements):
             regrasps = sum(_targets(judge, placements, i, rows[i]) for i in range(n))
-            heads = [q for _, q in lattice.neighbours(at) if judge.placements_valid(q, placements)]
-            counts.append(regrasps + problem.cost.samples_per_arc * len(heads))
+            heads = sum(
+                judge.placements_valid(pose(q), placements) for _, q in lattice.neighbours(at)
+            )
+            counts.append(regrasps + problem.cost.samples_per_arc * heads)
     return float(np.mean(counts)) if counts else 0.0
 
 

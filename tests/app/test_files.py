@@ -129,12 +129,12 @@ def test_a_byte_order_mark_is_fine(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('{"format": "gm-ompl-plan/1", "a": %s}' % ("[" * 900 + "]" * 900), "nested too deeply"),
-        ('{"format": "gm-ompl-plan/1", "seed": %s}' % ("9" * 5000), "too long a number"),
-        ('{"format": "gm-ompl-plan/1", "planner": "\\ud800"}', "half of a surrogate pair"),
-        ('{"format": "gm-ompl-plan/1", "\\ud800": 1}', "half of a surrogate pair"),
-        ('{"format": "gm-ompl-plan/7"}', '"gm-ompl-plan/1"'),
-        ('{"format": "gm-ompl-plan/1", "steps": [%s1]}' % ("1, " * 90_000), "more mistakes"),
+        ('{"format": "gm-ompl-plan/2", "a": %s}' % ("[" * 900 + "]" * 900), "nested too deeply"),
+        ('{"format": "gm-ompl-plan/2", "seed": %s}' % ("9" * 5000), "too long a number"),
+        ('{"format": "gm-ompl-plan/2", "planner": "\\ud800"}', "half of a surrogate pair"),
+        ('{"format": "gm-ompl-plan/2", "\\ud800": 1}', "half of a surrogate pair"),
+        ('{"format": "gm-ompl-plan/7"}', '"gm-ompl-plan/2"'),
+        ('{"format": "gm-ompl-plan/2", "steps": [%s1]}' % ("1, " * 90_000), "more mistakes"),
     ],
     ids=("deep", "long number", "half a value", "half a key", "version", "many mistakes"),
 )

@@ -77,6 +77,7 @@ def _reverse(draft: Draft) -> None:
     step = draft["steps"][0]
     step["from"], step["to"] = step["to"], step["from"]
     step["pose_from"], step["pose_to"] = step["pose_to"], step["pose_from"]
+    step["arc"] = {"translation": [-value for value in step["arc"]["translation"]]}
 
 
 def _target(face: str, cell: list[int], point: list[float], normal: list[float]) -> Draft:
@@ -94,7 +95,7 @@ def _retarget(target: Draft) -> Callable[[Draft], object]:
 def _merge_pieces(draft: Draft) -> None:
     """Let the second arc run on over the piece boundary to the goal."""
     second, last = draft["steps"][1], draft["steps"][3]
-    second.update(to=last["to"], pose_to=last["pose_to"])
+    second.update(to=last["to"], pose_to=last["pose_to"], arc=last["arc"])
     second["segments"] += last["segments"] * 2
     del draft["steps"][2:]
     total(draft)
@@ -116,6 +117,13 @@ CASES: dict[str, Case] = {
     "pose: position, a hair": Case(_add("steps.3.pose_to.position.2", 1e-6), 3, "pose"),
     "pose: quaternion": Case(put("steps.1.pose_from.quaternion", _turned(0.01)), 1, "pose"),
     "pose: not unit": Case(put("steps.0.pose_to.quaternion", [2.0, 0, 0, 0]), 0, "pose", "2"),
+    "arc: another way": Case(_add("steps.0.arc.translation.0", 1e-6), 0, "arc", "translation"),
+    "arc: another kind": Case(
+        put("steps.1.arc", {"straight": {"from": [0.0, 0.0, 0.0], "to": [1.0, 0.0, 0.0]}}),
+        1,
+        "arc",
+        "a straight is claimed",
+    ),
     "placement: face": Case(put("steps.0.placements.0.face", "+y"), 0, "placements", "point"),
     "placement: no such face": Case(
         put("steps.0.placements.1.face", "top"), 0, "placements", "+x, -x, +y"

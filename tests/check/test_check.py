@@ -101,6 +101,7 @@ def test_arcs_over_half_a_lattice_step_hold(author: Any, draft: Draft) -> None:
     first.update(to=[0.125], pose_to=pose)
     for step in (first, half):
         step["cost"] /= 2
+        step["arc"] = {"translation": [1.0, 0.0, 0.0]}
     draft["steps"][0:1] = [first, half]
     report = check(Plan.model_validate_json(json.dumps(draft)))
     assert report.holds, report.table()
@@ -111,6 +112,7 @@ def test_an_arc_over_several_lattice_steps_holds(draft: Draft) -> None:
     first, second = draft["steps"][0], draft["steps"].pop(1)
     first.update(to=second["to"], pose_to=second["pose_to"], cost=first["cost"] + second["cost"])
     first["segments"] += second["segments"]
+    first["arc"] = {"translation": [4.0, 0.0, 0.0]}
     report = check(Plan.model_validate_json(json.dumps(draft)))
     assert report.holds, report.table()
 

@@ -37,7 +37,7 @@ def instants(name: str, rows: tuple[int, ...]) -> list[Any]:
     direction = tuple(0.2 * (high - low))
     for k in range(INSTANTS):
         q = tuple(start + (k + 0.5) / INSTANTS * np.array(direction))
-        contacts = referee.contacts(q, direction)
+        contacts = referee.contacts(problem.motion.moment(q, direction))
         found.append(problem.instant(contacts, tuple(range(len(rows))), rows))
     return found
 
@@ -89,7 +89,7 @@ def test_the_best_is_told_from_what_is_worse() -> None:
     referee, hand = Referee(problem), ((0, 1), (10, 60))
     judged = 0
     for k in range(INSTANTS):
-        contacts = referee.contacts((0.02 * (k + 0.5),), (1.0,))
+        contacts = referee.contacts(problem.motion.moment((0.02 * (k + 0.5),), (1.0,)))
         best = decide_modes(problem.instant(contacts, *hand))
         if not best.z > 0.0:
             continue

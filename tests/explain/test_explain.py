@@ -87,7 +87,7 @@ def test_blame_names_something_exactly_where_geometry_fails() -> None:
         q = (float(rng.random()),)
         rows = tuple(int(row) for row in rng.integers(len(problem.fingers.placements), size=2))
         reasons = blame.configuration(q, rows)
-        assert bool(reasons) != judge.placements_valid(q, rows)
+        assert bool(reasons) != judge.placements_valid(problem.motion.pose(q), rows)
         blocked += bool(reasons)
     assert 30 < blocked < 300
 

@@ -34,15 +34,16 @@ def test_agrees_with_the_reference_judge(seed: int) -> None:
     for _ in range(6):
         q, dq = (float(rng.random()),), (float(rng.choice([-0.1, 0.1])),)
         placements = tuple(int(p) for p in rng.integers(0, P, n))
-        assert judge.placements_valid(q, placements) == plain.node_valid(q, placements)
-        ours, theirs = judge.segment(q, dq, placements), plain.segment(q, dq, placements)
+        pose, moment = problem.motion.pose(q), problem.motion.moment(q, dq)
+        assert judge.placements_valid(pose, placements) == plain.node_valid(pose, placements)
+        ours, theirs = judge.segment(moment, placements), plain.segment(moment, placements)
         assert ours.finding.name == _NAMES[theirs.finding.name]
         if ours.decision is not None and theirs.decision is not None:
             assert ours.decision.z == pytest.approx(theirs.decision.z, rel=1e-9)
         others = tuple(range(1, n))
-        rest = judge.rest(q, others, placements[1:])
+        rest = judge.rest(pose, others, placements[1:])
         ours = Verdict.of(rest, problem.mechanics.z_min)
-        assert ours.finding.name == _NAMES[plain.rest(q, placements, 0).finding.name]
+        assert ours.finding.name == _NAMES[plain.rest(pose, placements, 0).finding.name]
 
 
 _NAMES = {
@@ -80,7 +81,7 @@ def test_no_fingertip_under_the_object(slide: Problem) -> None:
     """On the floor, no placement of the bottom face is free, and all others are."""
     judge = Judge(slide, ReferenceBackend(slide))
     table = slide.fingers.placements
-    node = judge.node(slide.start)
+    node = judge.node(slide.motion.pose(slide.start))
     below = table.face == table.labels.index("-z")
     assert node.object_free
     assert not node.free[0][below].any()
@@ -92,9 +93,13 @@ def test_no_fingertip_under_the_object(slide: Problem) -> None:
 def test_the_contact_state_of_a_slide_is_one(slide: Problem) -> None:
     """Along a slide nothing changes in the object's frame: one number, another one at rest."""
     judge = Judge(slide, ReferenceBackend(slide))
-    forth = {judge.environment((s,), (0.1,)) for s in np.linspace(0.05, 0.95, 7)}
-    back = {judge.environment((s,), (-0.1,)) for s in np.linspace(0.05, 0.95, 7)}
-    rest = {judge.environment((s,), None) for s in np.linspace(0.05, 0.95, 7)}
+    forth = {
+        judge.environment(slide.motion.moment((s,), (0.1,))) for s in np.linspace(0.05, 0.95, 7)
+    }
+    back = {
+        judge.environment(slide.motion.moment((s,), (-0.1,))) for s in np.linspace(0.05, 0.95, 7)
+    }
+    rest = {judge.environment(slide.motion.moment((s,))) for s in np.linspace(0.05, 0.95, 7)}
     assert [len(states) for states in (forth, back, rest)] == [1, 1, 1]
     assert len(forth | back | rest) == 3
 
@@ -105,16 +110,17 @@ def test_decisions_are_counted_once(slide: Problem) -> None:
     judge = Judge(slide, backend)
     top = slide.fingers.placements.find("+z", [0, 0])
     assert top is not None
+    start = slide.motion.pose(slide.start)
     for _ in range(2):
-        judge.rest(slide.start, (0,), (top,))
-        judge.rest(slide.start, (1,), (top,))
+        judge.rest(start, (0,), (top,))
+        judge.rest(start, (1,), (top,))
     assert judge.mode_decisions == 1
-    environment = judge.environment(slide.start, None)
-    z = judge.rest(slide.start, (0,), (top,)).z
+    environment = judge.environment(slide.motion.moment(slide.start))
+    z = judge.rest(start, (0,), (top,)).z
     assert backend.bound(environment, (1,), (top,)) == z
     backend.forget()
     assert backend.bound(environment, (1,), (top,)) == np.inf
-    assert judge.rest(slide.start, (0,), (top,)).z == z
+    assert judge.rest(start, (0,), (top,)).z == z
     assert judge.mode_decisions == 2
 
 

@@ -26,7 +26,10 @@ def test_batches_answer_like_single_decisions(tumble: Problem, below: float) -> 
     rng = np.random.default_rng(1)
     one, many = KernelBackend(tumble), KernelBackend(tumble)
     judges = [Judge(tumble, backend) for backend in (one, many)]
-    states = [[judge.environment((s,), (0.1,)) for s in (0.1, 0.45, 0.8)] for judge in judges]
+    states = [
+        [judge.environment(tumble.motion.moment((s,), (0.1,))) for s in (0.1, 0.45, 0.8)]
+        for judge in judges
+    ]
     assert states[0] == states[1]
     which = np.array([states[0][k] for k in rng.integers(0, 3, 120)])
     sets = np.sort(rng.integers(0, len(tumble.fingers.placements), (120, 2)), axis=1)
@@ -68,7 +71,7 @@ def test_a_bound_becomes_exact_when_asked(tumble: Problem) -> None:
     """A decision with a threshold is decided anew only where its bound does not answer."""
     backend = KernelBackend(tumble)
     judge = Judge(tumble, backend)
-    state = judge.environment((0.3,), (0.1,))
+    state = judge.environment(tumble.motion.moment((0.3,), (0.1,)))
     rng = np.random.default_rng(0)
     for placements in np.sort(rng.integers(0, 54, (60, 2)), axis=1).tolist():
         rough = backend.decide(state, (0, 1), tuple(placements), 20.0)

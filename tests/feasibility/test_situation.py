@@ -52,13 +52,15 @@ def test_what_is_shared_is_the_same(name: str) -> None:
     rng = np.random.default_rng(1)
     dq = tuple(float(x) for x in rng.normal(size=problem.motion.dimension))
     for q in _states(problem, rng):
-        for mask, free in zip(judge.node(q).free, _free(problem, q), strict=True):
+        for mask, free in zip(
+            judge.node(problem.motion.pose(q)).free, _free(problem, q), strict=True
+        ):
             assert (mask == free).all(), q
         pose, twist = problem.motion.pose(q), problem.motion.velocity(q, dq)
         touching = environment_contacts(problem.body, problem.environment, pose)
         for way in (None, twist):
             state = contact_state(touching, pose, way, problem.body)
-            number = judge.environment(q, None if way is None else dq)
+            number = judge.environment(problem.motion.moment(q, None if way is None else dq))
             found = backend.contacts(number)
             scale = problem.body.diagonal
             assert contact_key(found, scale) == contact_key(state, scale), q

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph.cost import chords, displacement_cost, stability_factor
+from gm_ompl.graph.cost import displacement_cost, stability_factor
 
 LENGTH = st.floats(0.0, 10.0)
 MARGIN = st.floats(0.01, 1e4)
@@ -39,11 +37,3 @@ def test_limits_of_the_factor() -> None:
     assert stability_factor(0.0, 3.0) == math.inf
     assert stability_factor(0.0, 0.0) == 1.0
     assert displacement_cost([[0.0]], [0.0], 3.0) == math.inf
-
-
-def test_chords_of_a_quarter_turn() -> None:
-    """A point at distance r from the axis moves along a chord of 2 r sin(angle / 2)."""
-    start = Pose.from_yaw([0.0, 0.0, 0.0])
-    turned = [start.turned([0, 0, 0], [0, 0, 1], k * math.pi / 4) for k in range(3)]
-    lengths = chords(turned, np.array([[3.0, 0.0, 5.0], [0.0, 0.0, 1.0]]))
-    assert lengths == pytest.approx(np.array([[6 * math.sin(math.pi / 8), 0.0]] * 2))

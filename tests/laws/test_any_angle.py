@@ -20,7 +20,8 @@ def test_at_rest_z_hangs_on_the_angle_as_far_as_the_pyramid_does(edges: int) -> 
     judge = Judge(problem, make_backend(problem))
 
     def z(hand: tuple[int, int], degrees: float) -> float:
-        return judge.rest((0.0, 0.0, math.radians(degrees)), (0, 1), hand).z
+        pose = problem.motion.pose((0.0, 0.0, math.radians(degrees)))
+        return judge.rest(pose, (0, 1), hand).z
 
     differ = 0.0
     for hand in HANDS:

@@ -63,7 +63,7 @@ def test_relatives_of_almost_a_translation() -> None:
         tiny = 10.0 ** rng.uniform(-9, -3, 2) * rng.choice([-1, 1], 2)
         dq = (float(rng.uniform(0.3, 1.0)), float(tiny[0]), float(tiny[1]))
         rows = tuple(rng.choice(len(problem.fingers.placements), 2, replace=False).tolist())
-        environment = judge.environment(q, dq)
+        environment = judge.environment(problem.motion.moment(q, dq))
         instant = problem.instant(backend.contacts(environment), (0, 1), rows)
         mine, theirs = backend.decide(environment, (0, 1), rows), decide_modes(instant)
         found = compared(mine, theirs, force_unit(instant))

@@ -38,7 +38,10 @@ def test_every_cut_bounds_every_set(name: str) -> None:
     problem, judge, backend = loaded(name)
     rng = np.random.default_rng(0)
     everyone = tuple(range(problem.fingers.count))
-    states = [judge.environment((float(s),), (0.1,)) for s in rng.uniform(0.05, 0.9, 3)]
+    states = [
+        judge.environment(problem.motion.moment((float(s),), (0.1,)))
+        for s in rng.uniform(0.05, 0.9, 3)
+    ]
     z_min = problem.mechanics.z_min
     for state in states:
         for placements in sets(rng, problem, 25):
@@ -48,7 +51,7 @@ def test_every_cut_bounds_every_set(name: str) -> None:
     tried = 0
     rng = np.random.default_rng(0)
     for s, state in zip(rng.uniform(0.05, 0.9, 3), states, strict=True):
-        there = plain.environment((float(s),), (0.1,))
+        there = plain.environment(problem.motion.moment((float(s),), (0.1,)))
         for placements in sets(rng, problem, 40):
             decision = exact.decide(there, everyone, placements)
             if decision.outcome is Outcome.STABLE:

@@ -92,7 +92,7 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
         )
         assert solved
         bound = upper_bound(q, tips, f_max, force, DIRECTIONS, Y[:count])
-        assert bound == pytest.approx(joint, rel=1e-7, abs=1e-9)
+        assert z * (1.0 - 1e-7) <= bound <= joint * (1.0 + 1e-7) + 1e-9
         # joint = 0 stands for "tau is nothing": the chosen directions do not limit z.
         if joint > 0.0:
             assert z * (1.0 - 1e-7) <= joint <= before * (1.0 + 1e-7)

@@ -13,7 +13,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.geometry.solids import Body, box, hull
-from gm_ompl.motion.path import PathMotion, Piece, Slide, Tumble, path_lattice, tumble_towards
+from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
+from gm_ompl.motion.screw import Piece, Slide, Tumble
 
 X = np.array([1.0, 0.0, 0.0])
 CUBOID = Body((box([-2.5, -2.5, -5.0], [2.5, 2.5, 5.0]),))

@@ -19,7 +19,7 @@ SEGMENT = {"modes": ["force", "position"], "f_com": [3.25, None], "z": 1.0 / 3.0
 def plain_plan() -> dict[str, Any]:
     """Return a plan with one step of each kind, as the file holds it."""
     return {
-        "format": "gm-ompl-plan/1",
+        "format": "gm-ompl-plan/2",
         "status": "solved",
         "planner": "astar",
         "seed": 3,
@@ -41,6 +41,7 @@ def plain_plan() -> dict[str, Any]:
                 "kind": "displacement",
                 "from": [0.0],
                 "to": [0.1],
+                "arc": {"translation": [1.0, 0.0, 0.0]},
                 "pose_from": POSE,
                 "pose_to": POSE,
                 "placements": [TOP, BACK],
@@ -53,6 +54,7 @@ def plain_plan() -> dict[str, Any]:
                 "finger": 1,
                 "from": BACK,
                 "to": TOP,
+                "way": None,
                 "placements": [TOP, BACK],
                 "modes": ["force", None],
                 "f_com": [-0.0, None],

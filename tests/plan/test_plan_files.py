@@ -87,8 +87,39 @@ def test_no_nan_can_be_made(number: float) -> None:
 
 MISTAKES: list[tuple[Tamper, str, tuple[str, ...]]] = [
     (lambda d: d.pop("seed"), "seed", ("missing",)),
-    (lambda d: d.update(format="gm-ompl-plan/2"), "format", ("gm-ompl-plan/1",)),
-    (lambda d: d.pop("format"), "format", ("gm-ompl-plan/1",)),
+    (lambda d: d.update(format="gm-ompl-plan/3"), "format", ("gm-ompl-plan/2",)),
+    (lambda d: d.pop("format"), "format", ("gm-ompl-plan/2",)),
+    (
+        lambda d: d.update(format="gm-ompl-plan/1"),
+        "format",
+        ("gm-ompl-plan/1", "older format", "gm-ompl-plan/2", "plan again"),
+    ),
+    (lambda d: d["steps"][0].pop("arc"), "steps[0].arc", ("missing",)),
+    (lambda d: d["steps"][0].update(arc={"slide": [1, 0, 0]}), "steps[0].arc", ("translation",)),
+    (lambda d: d["steps"][0].update(arc=[1, 0, 0]), "steps[0].arc", ("straight",)),
+    (
+        lambda d: d["steps"][0].update(arc={"translation": [1, 0]}),
+        "steps[0].arc.translation",
+        (),
+    ),
+    (
+        lambda d: d["steps"][0]["arc"].update(angle=1.0),
+        "steps[0].arc.angle",
+        ("unknown key",),
+    ),
+    (
+        lambda d: d["steps"][0].update(
+            arc={"rotation": {"point": [0, 0, 0], "axis": [0, 0, 0], "angle": 1.0}}
+        ),
+        "steps[0].arc.rotation.axis",
+        ("zeros",),
+    ),
+    (
+        lambda d: d["steps"][0]["pose_to"].update(quaternion=[0, 0, 0, 0]),
+        "steps[0].pose_to.quaternion",
+        ("zeros",),
+    ),
+    (lambda d: d["steps"][1].pop("way"), "steps[1].way", ("missing",)),
     (lambda d: d.update(status="done"), "status", ('"done"', "'solved'", "'infeasible'")),
     (lambda d: d.update(optimal=1), "optimal", ("true or false",)),
     (lambda d: d.update(cost="101.5"), "cost", ('"101.5"', "a number")),
@@ -167,14 +198,14 @@ def test_every_mistake_is_named_at_once(document: dict[str, Any], tmp_path: Path
 
 NOT_PLANS = {
     "empty": (b"", "empty"),
-    "cut off": (b'{"format": "gm-ompl-plan/1", ', ":1:30: not valid JSON"),
+    "cut off": (b'{"format": "gm-ompl-plan/2", ', ":1:30: not valid JSON"),
     "a list": (b"[]", "one JSON object"),
     "other JSON": (b'{"a": 1}', "format"),
     "binary": (b"\x89PNG\xff\x00", "is not UTF-8 text"),
-    "key twice": (b'{"format": "gm-ompl-plan/1", "a": 1, "a": 2}', "twice"),
+    "key twice": (b'{"format": "gm-ompl-plan/2", "a": 1, "a": 2}', "twice"),
     "deep": (b"[" * 200_000, "nested too deeply"),
     "long number": (b'{"seed": ' + b"9" * 10_000 + b"}", "too long a number"),
-    "infinite": (b'{"format": "gm-ompl-plan/1", "cost": 1e999}', "cost: inf: must be a finite"),
+    "infinite": (b'{"format": "gm-ompl-plan/2", "cost": 1e999}', "cost: inf: must be a finite"),
 }
 
 

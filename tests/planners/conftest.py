@@ -16,8 +16,10 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.planners.planner import Budget, SearchResult
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Goal, Problem
@@ -63,6 +65,10 @@ class SlidingXY(Motion):
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
         return Twist(np.array([float(dq[0]), float(dq[1]), 0.0]), np.zeros(3))
+
+    def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Arc:
+        start = self.pose(tail)
+        return Screw(start, Slide(self.pose(head).position - start.position))
 
 
 def _sliding_xy(problem: Problem, steps: tuple[int, int], goal: Goal | None = None) -> Problem:

@@ -13,6 +13,7 @@ from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds, lane_graph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.lane_graph import LaneGraph
@@ -198,9 +199,12 @@ def test_every_placement_is_blocked_somewhere(
     first, last = np.array([0.0, 0.28, 0.57])[part], np.array([0.5, 0.72, 1.0])[part]
     geometry = Judge.node
 
-    def windowed(self: Judge, q: tuple[float, ...]) -> NodeGeometry:
-        node = geometry(self, q)
-        inside = (first <= q[0]) & (q[0] <= last)
+    nodes = [problem.lattice.coordinates(k) for k in range(problem.lattice.size)]
+    known = {problem.motion.pose(q).key: q[0] for q in nodes}
+
+    def windowed(self: Judge, pose: Pose) -> NodeGeometry:
+        node, s = geometry(self, pose), known[pose.key]
+        inside = (first <= s) & (s <= last)
         return NodeGeometry(node.object_free, tuple(mask & inside for mask in node.free))
 
     monkeypatch.setattr(Judge, "node", windowed)

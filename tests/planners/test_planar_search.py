@@ -130,17 +130,13 @@ def test_out_of_the_corner_the_object_slides_along_the_wall() -> None:
     moves = [move for move in found.moves if isinstance(move, Displacement)]
     assert len(moves) == 12
     for move in moves:
-        middle = tuple((a + b) / 2 for a, b in zip(move.start, move.end, strict=True))
-        direction = tuple(b - a for a, b in zip(move.start, move.end, strict=True))
-        pose = problem.motion.pose(middle)
-        state = contact_state(
-            environment_contacts(problem.body, problem.environment, pose), pose,
-            problem.motion.velocity(middle, direction), problem.body,
-        )  # fmt: skip
+        (middle,) = problem.motion.arc(move.start, move.end).middles(1)
+        touching = environment_contacts(problem.body, problem.environment, middle.pose)
+        state = contact_state(touching, middle.pose, middle.twist, problem.body)
         wall = state.normals[:, 1] < -0.5
         assert wall.sum() == 4
         np.testing.assert_allclose(state.slip[wall], [[1, 0, 0]] * 4, atol=1e-12)
-        assert judge.placements_valid(middle, move.placements)
+        assert judge.placements_valid(middle.pose, move.placements)
 
 
 def test_a_start_off_the_planar_lattice_is_bad_input() -> None:

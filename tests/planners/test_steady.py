@@ -44,7 +44,7 @@ def decisions(problem: Problem, moves: tuple[Move, ...]) -> list[ModeDecision]:
 def force_changes(problem: Problem, moves: tuple[Move, ...]) -> float:
     """Return the total change of f_com over fingers that stay under force control."""
     total, before = 0.0, dict[int, float | None]()
-    for _, _, fingers, _, decision in steady._decisions(problem, moves):
+    for _, fingers, _, decision in steady._decisions(problem, moves):
         now = dict(zip(fingers, decision.f_com, strict=True))
         for finger, f in now.items():
             earlier = before.get(finger)

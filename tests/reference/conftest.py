@@ -14,7 +14,8 @@ from gm_ompl.geometry.solids import box as box_piece
 from gm_ompl.geometry.surface import PlacementTable, placements
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import Motion
-from gm_ompl.motion.path import PathMotion, Slide, path_lattice, tumble_towards
+from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
+from gm_ompl.motion.screw import Slide
 from gm_ompl.problem import (
     CostSettings,
     Environment,

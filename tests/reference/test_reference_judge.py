@@ -22,7 +22,7 @@ def test_fingertips_may_touch_but_not_penetrate(problem: MakeProblem) -> None:
     """Radius equal to the placement's height touches the floor and is valid; larger is not."""
     for radius, valid in ((2.5, True), (2.5 + 1e-6, False)):
         p = problem(radius=(radius,), f_max=(10.0,))
-        assert ReferenceJudge(p).node_valid((0.0,), (place(p, "-x"),)) is valid
+        assert ReferenceJudge(p).node_valid(p.motion.pose((0.0,)), (place(p, "-x"),)) is valid
 
 
 def test_two_fingertips_keep_apart(problem: MakeProblem) -> None:
@@ -31,8 +31,8 @@ def test_two_fingertips_keep_apart(problem: MakeProblem) -> None:
         p = problem(radius=(radius, radius), grid=(2, 1), faces=["-x"])
         a, b = place(p, "-x", (0, 0)), place(p, "-x", (1, 0))
         judge = ReferenceJudge(p)
-        assert judge.node_valid((0.0,), (a, b)) is valid
-        assert not judge.node_valid((0.0,), (a, a))
+        assert judge.node_valid(p.motion.pose((0.0,)), (a, b)) is valid
+        assert not judge.node_valid(p.motion.pose((0.0,)), (a, a))
 
 
 def test_a_wall_blocks_placements_and_the_object(problem: MakeProblem) -> None:
@@ -43,18 +43,18 @@ def test_a_wall_blocks_placements_and_the_object(problem: MakeProblem) -> None:
         walls=[([-9, -9, 0], [-4, 9, 9]), ([4.5, -9, 0], [9, 9, 9])], f_max=(10.0,), by=(3, 0, 0)
     )
     judge = ReferenceJudge(p)
-    assert not judge.node_valid((0.0,), (place(p, "-x"),))
-    assert judge.node_valid((0.2,), (place(p, "-x"),))
-    assert judge.node_valid((2 / 3,), (place(p, "+z"),))
-    assert not judge.node_valid((0.7,), (place(p, "+z"),))
+    assert not judge.node_valid(p.motion.pose((0.0,)), (place(p, "-x"),))
+    assert judge.node_valid(p.motion.pose((0.2,)), (place(p, "-x"),))
+    assert judge.node_valid(p.motion.pose((2 / 3,)), (place(p, "+z"),))
+    assert not judge.node_valid(p.motion.pose((0.7,)), (place(p, "+z"),))
 
 
 def test_without_fingers_the_object_alone_must_be_free(problem: MakeProblem) -> None:
     """A hand of no fingers leaves the object's own penetration to decide."""
     p = problem(f_max=(), walls=[([4.5, -9, 0], [9, 9, 9])])
     judge = ReferenceJudge(p)
-    assert judge.node_valid((0.5,), ())
-    assert not judge.node_valid((0.9,), ())
+    assert judge.node_valid(p.motion.pose((0.5,)), ())
+    assert not judge.node_valid(p.motion.pose((0.9,)), ())
 
 
 def test_findings_of_a_segment(problem: MakeProblem) -> None:
@@ -62,12 +62,12 @@ def test_findings_of_a_segment(problem: MakeProblem) -> None:
     p = problem(grid=(3, 1), f_max=(10.0, 10.0))
     behind = (place(p, "-x", (0, 0)), place(p, "-x", (2, 0)))
     judge = ReferenceJudge(p)
-    assert judge.segment((0.5,), (1.0,), behind).finding is Finding.HOLDS
-    assert judge.segment((0.5,), (-1.0,), behind).finding is Finding.NO_EQUILIBRIUM
+    assert judge.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Finding.HOLDS
+    assert judge.segment(p.motion.moment((0.5,), (-1.0,)), behind).finding is Finding.NO_EQUILIBRIUM
     strict = ReferenceJudge(problem(grid=(3, 1), z_min=100.0))
-    assert strict.segment((0.5,), (1.0,), behind).finding is Finding.TOO_WEAK
+    assert strict.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Finding.TOO_WEAK
     walled = problem(grid=(3, 1), walls=[([-9, -9, 0], [-2.6, 9, 9])])
-    blocked = ReferenceJudge(walled).segment((0.0,), (1.0,), behind)
+    blocked = ReferenceJudge(walled).segment(walled.motion.moment((0.0,), (1.0,)), behind)
     assert blocked.finding is Finding.PENETRATION
     assert blocked.decision is None
 
@@ -75,18 +75,23 @@ def test_findings_of_a_segment(problem: MakeProblem) -> None:
 def test_resting_box_may_be_let_go(problem: MakeProblem) -> None:
     """A box on its face rests by itself; on its edge it does not."""
     p = problem(f_max=(10.0,))
-    assert ReferenceJudge(p).rest((0.0,), (0,), 0).finding is Finding.HOLDS
+    assert ReferenceJudge(p).rest(p.motion.pose((0.0,)), (0,), 0).finding is Finding.HOLDS
     tipped = problem(f_max=(10.0,), tumble=np.pi / 2)
-    assert ReferenceJudge(tipped).rest((0.0,), (0,), 0).finding is Finding.HOLDS
-    assert ReferenceJudge(tipped).rest((0.5,), (0,), 0).finding is not Finding.HOLDS
+    assert ReferenceJudge(tipped).rest(tipped.motion.pose((0.0,)), (0,), 0).finding is Finding.HOLDS
+    assert (
+        ReferenceJudge(tipped).rest(tipped.motion.pose((0.5,)), (0,), 0).finding
+        is not Finding.HOLDS
+    )
 
 
 def test_contacts_of_a_tumbling_box(problem: MakeProblem) -> None:
     """A tumbling box stands on its edge's two ends, static; sliding, on four that all slide."""
-    tumbling = ReferenceJudge(problem(tumble=np.pi / 2)).contacts((0.4,), (1.0,))
+    p = problem(tumble=np.pi / 2)
+    tumbling = ReferenceJudge(p).contacts(p.motion.moment((0.4,), (1.0,)))
     assert len(tumbling.points) == 2
     assert not tumbling.slip.any()
-    sliding = ReferenceJudge(problem()).contacts((0.4,), (-1.0,))
+    p = problem()
+    sliding = ReferenceJudge(p).contacts(p.motion.moment((0.4,), (-1.0,)))
     np.testing.assert_allclose(sliding.slip, np.tile([-1.0, 0, 0], (4, 1)), atol=1e-12)
 
 
@@ -106,7 +111,7 @@ def test_cost_of_a_tumble_is_of_chords_of_the_centre(problem: MakeProblem) -> No
     p = problem(tumble=np.pi / 2, stability=0.0, grid=(1, 1))
     judge = ReferenceJudge(p)
     a, b = place(p, "+y"), place(p, "+z")
-    cost = judge.displacement_cost((0.0,), (1.0,), (a, b), [1.0, 1.0])
+    cost = judge.displacement_cost(p.motion.arc((0.0,), (1.0,)), (a, b), [1.0, 1.0])
     farther = np.hypot(2.5, 5.0 + 1.0)  # the centre above the top face, from the bottom edge
     assert cost == pytest.approx(2 * 2 * farther * np.sin(np.pi / 8))
 

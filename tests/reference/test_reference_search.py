@@ -14,8 +14,11 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.screw import Screw, Slide
+from gm_ompl.motion.straight import Straight
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Problem
 from gm_ompl.reference.judge import Finding, ReferenceJudge
@@ -50,6 +53,10 @@ class TwoSlides(Motion):
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
         return Twist(np.array([3.0 * dq[0], 4.0 * dq[1], 0.0]), np.zeros(3))
 
+    def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Arc:
+        start = self.pose(tail)
+        return Screw(start, Slide(self.pose(head).position - start.position))
+
 
 def explicit_optimum(problem: Problem) -> float:
     """The optimum by listing every node of ordered placements and every arc, then scipy."""
@@ -60,7 +67,7 @@ def explicit_optimum(problem: Problem) -> float:
         (at, p)
         for at in range(problem.lattice.size)
         for p in itertools.product(rows, repeat=n)
-        if judge.node_valid(problem.lattice.coordinates(at), p)
+        if judge.node_valid(problem.motion.pose(problem.lattice.coordinates(at)), p)
     ]
     number = {node: k for k, node in enumerate(nodes)}
     arcs = lil_array((len(nodes) + 2, len(nodes) + 2))
@@ -77,7 +84,7 @@ def explicit_optimum(problem: Problem) -> float:
             if (other, p) in number and arc is not None:
                 arcs[k, number[other, p]] = arc.cost
         for i in range(n):
-            free = judge.rest(q, p, i).finding is Finding.HOLDS
+            free = judge.rest(problem.motion.pose(q), p, i).finding is Finding.HOLDS
             for target in rows:
                 head = (at, (*p[:i], target, *p[i + 1 :]))
                 if free and target != p[i] and head in number:
@@ -109,7 +116,7 @@ def walk(problem: Problem, moves: tuple[Move, ...]) -> float:
             assert len(move.segments) == problem.cost.samples_per_arc
             assert problem.lattice.find(move.end) is not None
             at = move.end
-        assert judge.node_valid(at, placements)
+        assert judge.node_valid(problem.motion.pose(at), placements)
     assert problem.goal.contains(at)
     assert fits(problem.fingers.goal, placements)
     return sum(move.cost for move in moves)
@@ -234,6 +241,9 @@ def test_planar_yaw_wraps(problem: MakeProblem) -> None:
 
         def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
             return Twist(np.zeros(3), np.array([0.0, 0.0, float(dq[0])]))
+
+        def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Arc:
+            return Straight((0.0, 0.0, float(tail[0])), (0.0, 0.0, float(head[0])), 2.5)
 
     axis: Array = np.array([-np.pi + np.pi / 4 * k for k in range(8)])
     p = problem(

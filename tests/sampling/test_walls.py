@@ -8,6 +8,7 @@ import pytest
 from gm_ompl.contact.environment import environment_contacts
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.scenario.load import load
@@ -22,9 +23,10 @@ def corner() -> Problem:
     return load("planar/corner").problem
 
 
-def fastest_approach(problem: Problem, q: tuple[float, ...], direction: tuple[float, ...]) -> float:
+def fastest_approach(problem: Problem, moment: Moment) -> float:
     """The greatest speed of a contact into what it touches, of the fastest vertex's speed."""
-    pose, twist = problem.motion.pose(q), problem.motion.velocity(q, direction)
+    pose, twist = moment.pose, moment.twist
+    assert twist is not None
     contacts = environment_contacts(problem.body, problem.environment, pose)
     into = -(twist.at(contacts.points - pose.position) * contacts.normals).sum(axis=1)
     corners = twist.at(problem.body.vertices @ pose.rotation.T)
@@ -46,13 +48,13 @@ def test_no_motion_that_geometry_admits_has_a_contact_that_moves_into_a_wall(
             continue
         end = tuple((np.array(start) + step * [1.0, 1.0, 0.2]).tolist())
         line = model.line(start, end)
-        free = [model.judge.node(q).object_free for q in (start, end, *line.midpoints)]
-        at_wall = fastest_approach(corner, start, line.direction) > APPROACH
+        free = model.judge.along(line.arc).object_free
+        at_wall = fastest_approach(corner, line.arc.moment(0.0)) > APPROACH
         if at_wall:
-            assert not all(free)
+            assert not free
             refused += 1
-        elif all(free):
-            worst = max(fastest_approach(corner, q, line.direction) for q in line.midpoints)
+        elif free:
+            worst = max(fastest_approach(corner, moment) for moment in line.middles)
             assert worst <= APPROACH
             admitted += 1
     assert admitted > 20

@@ -9,6 +9,7 @@ import pytest
 
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
@@ -102,9 +103,13 @@ def test_runs_break_only_where_modes_or_fingers_change(regrasp_plan: Plan) -> No
     parts = [b for b in beats(regrasp_plan, problem_of(regrasp_plan)) if isinstance(b, Run)]
     stretches = [stretch for run in parts for stretch in run.stretches]
     for before, after in itertools.pairwise(stretches):
-        assert np.allclose(before.end, after.start)
-    assert stretches[0].start[0] == 0.0
-    assert stretches[-1].end[0] == pytest.approx(1.0)
+        assert np.allclose(before.part.end.position, after.part.start.position)
+        assert np.allclose(before.part.end.rotation, after.part.start.rotation)
+    steps = [step for step in regrasp_plan.steps if step.kind == "displacement"]
+    for pose, record in ((stretches[0].part.start, steps[0].pose_from),
+                         (stretches[-1].part.end, steps[-1].pose_to)):  # fmt: skip
+        assert np.allclose(pose.position, record.position)
+        assert np.allclose(pose.quaternion(), record.quaternion)
     for before_run, after_run in itertools.pairwise(parts):
         assert (before_run.force, before_run.placements) != (after_run.force, after_run.placements)
 
@@ -119,9 +124,8 @@ def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
     step = cork_plan.steps[15]
     assert step.kind == "displacement"
     segment = step.segments[1]
-    q = (np.array(step.from_) + np.array(step.to)) / 2.0
     found = balance(
-        problem, q, np.array(step.to) - np.array(step.from_), step.placements,
+        problem, arc_of(step).moment(0.5), step.placements,
         [mode == "force" for mode in segment.modes],
         np.array([f or 0.0 for f in segment.f_com]),
     )  # fmt: skip
@@ -131,7 +135,7 @@ def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
     sideways = np.linalg.norm(found.forces - along[:, None] * normals, axis=1)
     assert (sideways <= 0.15 * along * (1 + 1e-9)).all()
     assert (found.least <= along + 1e-9).all() and (along <= found.most + 1e-9).all()
-    pose = problem.motion.pose(q)
+    pose = arc_of(step).pose(0.5)
     floor = -pose.rotation @ found.forces.sum(axis=0) + [0.0, 0.0, problem.mass * 9.8]
     assert floor[2] > 0
     assert np.linalg.norm(floor[:2]) <= 1.2 * floor[2]

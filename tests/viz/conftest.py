@@ -19,7 +19,7 @@ from gm_ompl.plan.model import Plan
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader"]
-LENGTHS = ("position", "point")
+LENGTHS = ("position", "point", "translation")
 
 
 @pytest.fixture(scope="session")
@@ -85,6 +85,7 @@ def long_plan(slide: Plan) -> Plan:
         for key, pose, s in (("from", "pose_from", k / 1000), ("to", "pose_to", (k + 1) / 1000)):
             step[key] = [s]
             step[pose]["position"] = (begin + s * by).tolist()
+        step["arc"] = {"translation": (by / 1000).tolist()}
         steps.append(step)
     document["steps"] = steps
     return _plan(document)

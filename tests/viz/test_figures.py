@@ -12,13 +12,14 @@ from gm_ompl.viz import normal_forces
 from gm_ompl.viz.canvas import save, styled, title
 from gm_ompl.viz.figures import axis_of, forces_figure
 from gm_ompl.viz.snapshots import moments, snapshots_figure
-from gm_ompl.viz.story import Story, _contacts, tell
+from gm_ompl.viz.story import Story, tell
 from PIL import Image
 from scipy.optimize import linprog
 from typer.testing import CliRunner
 
 from gm_ompl import api
 from gm_ompl.app.main import app
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.plan.assemble import placement_record
 from gm_ompl.plan.model import Plan
@@ -120,7 +121,9 @@ def test_a_frictionless_push_overcomes_the_floors_friction(story: Story) -> None
         modes="P",
         f_com=(None,),
         placements=(placement_record(problem, row),),
-        contacts=_contacts(problem, np.array([0.5]), np.array([1.0])),
+        contacts=contacts_at(
+            problem.motion.moment((0.5,), (1.0,)), problem.body, problem.environment
+        ),
     )
     found = normal_forces.normal_force_ranges(Story(story.plan, problem, (), ()), beat)
     np.testing.assert_allclose(found, [[4.9, 4.9]], rtol=1e-6)

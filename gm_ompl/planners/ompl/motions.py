@@ -11,10 +11,10 @@ import numpy as np
 
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import ordered_sets
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.moves import Move
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.sampling.lines import between, coarse_to_fine, extents, same, strides_needed, unwrapped
+from gm_ompl.sampling.lines import coarse_to_fine, extents, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
 REMEMBERED = 200_000
@@ -153,7 +153,7 @@ class StateDraws:
             wanted: per finger, the placement it must have, or None for any.
         """
         judge, hand = self._model.judge, self._problem.fingers
-        node = judge.node(q)
+        node = judge.node(self._problem.motion.pose(q))
         if not node.object_free:
             return None
         masks = restricted(node.free, wanted or self._any)

@@ -1,0 +1,179 @@
+"""What penetrates nothing anywhere along a motion, not at some places of it alone.
+
+Two convex bodies are clear of each other over a stretch of time where one plane, a face's of either
+or one spanned by an edge of each, separates them throughout. Where no plane does, the stretch is
+halved, until the bodies penetrate each other in its middle or every part is clear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.geometry.collision import EXACT, allowed_depth
+from gm_ompl.geometry.planes import MovingPiece, Stretch
+from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.sweep import Sweep
+from gm_ompl.geometry.waves import Waves, turned, turned_each
+
+SHORTEST = 1e-9
+"""A stretch of time so short that is still undecided counts as blocked."""
+
+MOST_STRETCHES = 500
+"""Stretches looked at for one pair: a contact that no plane keeps would take them without end."""
+
+
+class SweptScene:
+    """The object, its environment, and whether they penetrate each other along a motion.
+
+    Args:
+        body: the object, object frame.
+        obstacles: fixed bodies, world frame.
+        floor: whether the half space z < 0 is solid.
+    """
+
+    def __init__(self, body: Body, obstacles: Sequence[Body], floor: bool) -> None:
+        self._body, self._floor = body, floor
+        self._obstacles = [piece for other in obstacles for piece in other.pieces]
+        self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
+        self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
+
+    def object_free(self, sweep: Sweep) -> bool:
+        """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
+        for piece in self._body.pieces:
+            arms = sweep.arms(piece.vertices)
+            depth = self._depth(piece)
+            if self._floor and float(_heights(sweep, arms).min()) < -depth:
+                return False
+            mover: MovingPiece | None = None
+            for j in self._near(sweep, arms, 0.0).tolist():
+                mover = mover or MovingPiece(piece, sweep)
+                other = self._obstacles[j]
+                if not _pair_clear(mover, other, self._depth(piece, other)):
+                    return False
+        return True
+
+    def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
+        """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
+
+        Args:
+            sweep: how the object moves.
+            centres: (P, 3), the fingertips' centres, object frame.
+            radius: their radius.
+        """
+        free = np.ones(len(centres), dtype=bool)
+        if not len(centres):
+            return free
+        arms = sweep.arms(centres)
+        if self._floor:
+            free &= _heights(sweep, arms) >= radius - EXACT * self._body.diagonal
+        for j in self._near(sweep, arms, radius).tolist():
+            rows, piece = np.flatnonzero(free), self._obstacles[j]
+            free[rows] = _tips_clear(sweep, arms[rows], piece, radius - self._depth(piece))
+        return free
+
+    def _depth(self, *pieces: ConvexPiece) -> float:
+        return allowed_depth(self._body.diagonal, *pieces)
+
+    def _near(self, sweep: Sweep, arms: Array, margin: float) -> IntArray:
+        """Return the obstacle pieces in whose bounding box points with ``arms`` may come."""
+        if not len(self._obstacles):
+            return np.zeros(0, dtype=np.int64)
+        ends = np.concatenate([sweep.moved(arms, 0.0), sweep.moved(arms, 1.0)])
+        margin += sweep.sagitta(arms)
+        low, high = ends.min(axis=0) - margin, ends.max(axis=0) + margin
+        near: IntArray = np.flatnonzero(((self._low < high) & (self._high > low)).all(axis=1))
+        return near
+
+
+def _heights(sweep: Sweep, arms: Array) -> Array:
+    """Return the least heights (n,) over the floor along ``sweep``."""
+    up = np.array([[0.0, 0.0, 1.0]])
+    a, b, c = turned(sweep.axis, arms, up)
+    zero = np.zeros((1, 1))
+    rise = float(sweep.drift[2])
+    rising = (np.full((1, 1), rise), zero, zero) if rise else None
+    waves = Waves(sweep.angle, (a + float(sweep.pivot[2]), b, c), rising)
+    least: Array = waves.least(0.0, 1.0)[0]
+    return least
+
+
+def _pair_clear(mover: MovingPiece, other: ConvexPiece, depth: float) -> bool:
+    """Whether the object's piece penetrates ``other`` nowhere by more than ``depth``."""
+    planes = mover.planes(other)
+    left: list[Stretch] = [(0.0, 1.0)]
+    for _ in range(MOST_STRETCHES):
+        if not left:
+            return True
+        first, last = left.pop()
+        clear = planes.clear((first, last), depth)
+        if clear is None and last - first > SHORTEST:
+            middle = (first + last) / 2.0
+            left += [(first, middle), (middle, last)]
+        elif not clear:
+            return False
+    return not left
+
+
+def _tips_clear(sweep: Sweep, arms: Array, piece: ConvexPiece, least: float) -> BoolArray:
+    """Return which points (P,) with ``arms`` stay at least ``least`` away from a piece."""
+    clear = np.ones(len(arms), dtype=bool)
+    normals = piece.face_normals
+    a, b, c = turned(sweep.axis, arms, normals)
+    level = (normals @ sweep.pivot - piece.face_offsets)[:, None]
+    waves = Waves(sweep.angle, (a + level, b, c), _drifting(normals @ sweep.drift))
+    left: list[tuple[Stretch, IntArray]] = [((0.0, 1.0), np.arange(len(arms)))]
+    for _ in range(MOST_STRETCHES):
+        if not left:
+            return clear
+        (first, last), rows = left.pop()
+        rows = rows[waves.columns(rows).least(first, last).max(axis=0, initial=-np.inf) < least]
+        if not len(rows):
+            continue
+        middle = (first + last) / 2.0
+        highest = waves.columns(rows).at(middle).max(axis=0)
+        undecided, hit = _by_nearest(sweep, arms[rows], piece, highest, (first, last), least)
+        clear[rows[hit]] = False
+        rows = rows[undecided]
+        if last - first <= SHORTEST:
+            clear[rows] = False
+        elif len(rows):
+            left += [((first, middle), rows), ((middle, last), rows)]
+    for _, rows in left:
+        clear[rows] = False
+    return clear
+
+
+def _by_nearest(
+    sweep: Sweep, arms: Array, piece: ConvexPiece, highest: Array, stretch: Stretch, least: float
+) -> tuple[BoolArray, BoolArray]:
+    """Return which points (k,) stay undecided over ``stretch``, and which are hit in its middle.
+
+    Looked at is the plane through the point of the piece's edges that is nearest in the middle.
+    """
+    first, last = stretch
+    middle = (first + last) / 2.0
+    places = sweep.moved(arms, middle)
+    ways = places - piece.nearest_on_edges(places)
+    lengths = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+    normals = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
+    support = (normals @ piece.vertices.T).max(axis=1)
+    over = np.einsum("ij,ij->i", normals, places) - support
+    hit = np.maximum(highest, over) < least
+    a, b, c = turned_each(sweep.axis, arms, normals)
+    rising = None
+    if sweep.drift.any():
+        still = normals @ sweep.drift
+        rising = (still, np.zeros_like(still), np.zeros_like(still))
+    waves = Waves(sweep.angle, (a + normals @ sweep.pivot - support, b, c), rising)
+    return ~hit & (waves.least(first, last) < least), hit
+
+
+def _drifting(rates: Array) -> tuple[Array, Array, Array] | None:
+    """Return the coefficients that t multiplies, for heights that rise at ``rates`` (f,)."""
+    if not rates.any():
+        return None
+    column = rates[:, None]
+    return column, np.zeros_like(column), np.zeros_like(column)

@@ -1,0 +1,130 @@
+"""Arcs: the one thing that moves an object.
+
+Whatever judges, plays or draws a displacement asks its arc: midpoints, velocities and the ways of
+fingertips are computed here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.geometry.sweep import Sweep
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One instant of the object: what a judge is asked with.
+
+    Attributes:
+        pose: where it is.
+        twist: how it moves; None at rest.
+    """
+
+    pose: Pose
+    twist: Twist | None = None
+
+    @cached_property
+    def key(self) -> Hashable:
+        """Equal where pose and direction of motion are: then the mechanics is the same."""
+        return self.pose.key, None if self.twist is None else self.twist.direction
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """One of the equal parts into which an arc is divided (Sec. 4.2).
+
+    Attributes:
+        arc: the whole.
+        first: t where the segment begins.
+        last: t where it ends.
+    """
+
+    arc: Arc
+    first: float
+    last: float
+
+    def pose(self, share: float) -> Pose:
+        """Return the pose after ``share`` of the segment."""
+        return self.arc.pose(self.first + share * (self.last - self.first))
+
+    @cached_property
+    def start(self) -> Pose:
+        """The pose where it begins."""
+        return self.arc.pose(self.first)
+
+    @cached_property
+    def end(self) -> Pose:
+        """The pose where it ends."""
+        return self.arc.pose(self.last)
+
+    @cached_property
+    def middle(self) -> Moment:
+        """The instant at which it is judged."""
+        return self.arc.moment((self.first + self.last) / 2.0)
+
+
+class Arc(ABC):
+    """The object's motion from one pose to another while t runs from 0 to 1."""
+
+    @abstractmethod
+    def pose(self, t: float) -> Pose:
+        """Return the pose at ``t``."""
+
+    @abstractmethod
+    def twist(self, t: float) -> Twist:
+        """Return the derivative of the pose with respect to t, at ``t``."""
+
+    @property
+    @abstractmethod
+    def sweeps(self) -> tuple[Sweep, ...]:
+        """The arc as turns and drifts, one after the other."""
+
+    @property
+    @abstractmethod
+    def key(self) -> Hashable:
+        """Equal for arcs that pass the same poses, whichever way: a memo's key."""
+
+    @cached_property
+    def start(self) -> Pose:
+        """The pose at t = 0."""
+        return self.pose(0.0)
+
+    @cached_property
+    def end(self) -> Pose:
+        """The pose at t = 1."""
+        return self.pose(1.0)
+
+    def moment(self, t: float) -> Moment:
+        """Return the instant at ``t``, in motion."""
+        return Moment(self.pose(t), self.twist(t))
+
+    def segments(self, parts: int) -> tuple[Segment, ...]:
+        """Return the arc's equal parts, in order."""
+        cuts = [j / parts for j in range(parts + 1)]
+        return tuple(Segment(self, *cuts[j : j + 2]) for j in range(parts))
+
+    def middles(self, parts: int) -> tuple[Moment, ...]:
+        """Return the instants at which the segments are judged."""
+        return tuple(self.moment((2 * j + 1) / (2 * parts)) for j in range(parts))
+
+    def cuts(self, parts: int) -> tuple[Pose, ...]:
+        """Return the poses at the segments' ends, one more than ``parts``."""
+        return (self.start, *(self.pose(j / parts) for j in range(1, parts)), self.end)
+
+    def chords(self, points: Array, parts: int) -> Array:
+        """Return |dq_finger i,j| of Eq. (9): straight ways of ``points``, (parts, m).
+
+        Args:
+            points: (m, 3), fingertip centres, object frame.
+            parts: number of segments.
+        """
+        world = np.stack([pose.apply(points) for pose in self.cuts(parts)])
+        lengths: Array = np.linalg.norm(np.diff(world, axis=0), axis=2)
+        return lengths

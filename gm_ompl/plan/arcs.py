@@ -1,0 +1,57 @@
+"""Arcs to and from what a plan file says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from gm_ompl.errors import InputError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.screw import Screw, Slide, Tumble
+from gm_ompl.motion.straight import Straight
+from gm_ompl.plan.arc_model import ArcRecord, Line, RotationArc, StraightArc, TranslationArc, Turn
+from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.plan.record import PoseRecord
+
+
+def arc_record(arc: Arc) -> ArcRecord:
+    """Return what a plan file says of ``arc``, beside the pose where it begins."""
+    write = _WRITERS.get(type(arc))
+    if write is None:
+        raise InputError(f"a plan file has no form for arcs of the kind {type(arc).__name__}")
+    return write(arc)
+
+
+def _screw(arc: Screw) -> ArcRecord:
+    piece = arc.piece
+    if isinstance(piece, Slide):
+        return TranslationArc(translation=tuple(piece.by.tolist()))
+    point, axis = tuple(piece.pivot.tolist()), tuple(piece.axis.tolist())
+    return RotationArc(rotation=Turn(point=point, axis=axis, angle=float(piece.angle)))
+
+
+def _straight(arc: Straight) -> ArcRecord:
+    return StraightArc(straight=Line(from_=arc.tail, to=arc.head))
+
+
+_WRITERS: dict[type, Callable[[Any], ArcRecord]] = {Screw: _screw, Straight: _straight}
+
+
+def pose_of(record: PoseRecord) -> Pose:
+    """Return a stored pose."""
+    return Pose.from_quaternion(record.position, record.quaternion)
+
+
+def arc_of(step: DisplacementStep) -> Arc:
+    """Return the arc of a displacement step, from what the file says of it alone."""
+    record, start = step.arc, pose_of(step.pose_from)
+    if isinstance(record, TranslationArc):
+        return Screw(start, Slide(np.array(record.translation)))
+    if isinstance(record, RotationArc):
+        turn = record.rotation
+        return Screw(start, Tumble(np.array(turn.point), np.array(turn.axis), turn.angle))
+    line = record.straight
+    return Straight(line.from_, line.to, step.pose_from.position[2])
