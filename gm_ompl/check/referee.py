@@ -178,7 +178,7 @@ class Referee:
             if found is not None and bound(model, _force(others), found) <= z:
                 continue
             best = stability(model, others)
-            if best.z > z:
+            if not best.z <= z:
                 return False
             if len(best.f_com):
                 self._guess[hand, others] = tuple((best.f_com * model.scale).tolist())

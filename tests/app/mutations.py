@@ -64,12 +64,12 @@ def mutated(instance: int) -> Mutant:
     rng = np.random.default_rng([2005, instance])
     kind = ("scenario", "plan", "scenario", "plan", "scenario", "parameters")[instance % 6]
     origin, tree = _original(kind, rng)
-    for _ in range(int(rng.integers(1, 4))):
+    for _ in range(_pick(rng, (1, 1, 1, 2, 3))):
         path = _somewhere(tree, rng)
         tree = _pick(rng, CHANGES)(tree, path, rng)
     text = _written(tree, kind, rng)
     content = text.encode("utf-8", errors="surrogatepass")
-    if rng.random() < 0.15:
+    if rng.random() < 0.1:
         content = _pick(rng, DAMAGES)(content, rng)
     return Mutant(kind, origin, content)
 
@@ -203,7 +203,7 @@ def _extra(tree: Tree, path: Path, rng: np.random.Generator) -> Tree:
 
 
 CHANGES: tuple[Callable[[Tree, Path, np.random.Generator], Tree], ...] = (
-    _delete, _rename, _repeat, _number, _number, _scale, _scale, _word, _other, _swap, _nest, _long,
+    _delete, _rename, _repeat, _number, _number, *[_scale] * 6, _word, _other, _swap, _nest, _long,
     _extra,
 )  # fmt: skip
 
