@@ -49,8 +49,8 @@ MISFITS: dict[str, tuple[Callable[[Draft], object], str]] = {
     "a coordinate too many": (_of("displacement", lambda s: s["to"].append(0.0)), "1 numbers (s)"),
     "a coordinate far off": (_of("displacement", lambda s: s.update(to=[1e9])), "to[0]: 1e+09"),
     "a regrasp far off": (_of("regrasp", lambda s: s.update(at=[-7.0])), "at[0]: -7"),
-    "a quaternion of no length": (
-        _of("displacement", lambda s: s["pose_to"].update(quaternion=[0, 0, 0, 0])), "length 1",
+    "a long quaternion": (
+        _of("displacement", lambda s: s["pose_to"].update(quaternion=[2, 0, 0, 0])), "length 1",
     ),
     "a long normal": (
         _of("displacement", lambda s: s["placements"][0].update(normal=[0, 0, 9])), "has 9",

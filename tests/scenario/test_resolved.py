@@ -28,7 +28,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return (value.shape, value.tobytes())
     if isinstance(value, Motion):
-        return {key: plain(part) for key, part in vars(value).items()}
+        # Poses that are remembered are no part of what a motion is.
+        return {key: plain(part) for key, part in vars(value).items() if key != "_known"}
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, (tuple, list)):
