@@ -29,10 +29,10 @@ verify: $(STAMP)
 	$(BIN)/python -m tests.verify
 
 regression: $(STAMP)
-	$(BIN)/python -m gm_ompl.study.regression
+	$(BIN)/python -m tests.verify.regression
 
 gallery: $(STAMP)
-	$(BIN)/python -m gm_ompl.app.gallery docs
+	$(BIN)/python -m docs.tables.gallery docs
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import SEARCH_SECONDS
+from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
@@ -22,6 +22,7 @@ from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
+from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Problem
@@ -93,9 +94,9 @@ def plan(
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
     try:
-        judging = _judge(problem)
-        result = searcher.solve(problem, judging, budget, rng, report or silent)
-        moves = _steady(judging, result.moves)
+        judging = _judge(priced(problem))
+        result = searcher.solve(judging.problem, judging, budget, rng, report or silent)
+        moves = at_true_cost(problem, _steady(judging, result.moves))
     except KeyboardInterrupt:  # before the search could begin, or twice
         spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
         result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
@@ -184,9 +185,9 @@ def explain(
     *,
     samples: int | None = None,
     seed: int = 0,
-    time_limit: float = SEARCH_SECONDS,
+    time_limit: float = SECONDS,
 ) -> Explanation:
-    """Explain why a scenario has no plan, or none through given coordinates or placements.
+    """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 
     Args:
         scenario: what is to be explained.
@@ -194,13 +195,15 @@ def explain(
         placements: per finger, a row of the placement table or (face, cell); None for many sets.
         samples: sets of placements judged at most; beyond, they are drawn at random.
         seed: of the drawing.
-        time_limit: for the search that says whether there is a plan [s]; 0 for no search.
+        time_limit: for all of it [s]; 0 for no search.
 
     Raises:
         InputError: coordinates, placements or the scenario do not fit.
     """
     from gm_ompl.explain.explain import explain
 
+    if not (math.isfinite(time_limit) and time_limit >= 0):
+        raise InputError(f"time limit: {time_limit}: must be a number of seconds >= 0")
     given = _loaded(scenario)
     problem, q = given.problem, None
     prepare(problem)
@@ -213,7 +216,7 @@ def explain(
             if period is None and not low <= value <= high:
                 raise InputError(f"at: {list(q)}: {value:g} must be from {low:g} to {high:g}")
     rows = None if placements is None else _rows(problem, placements)
-    return explain(given, q, rows, samples=samples, seed=seed, search_seconds=time_limit)
+    return explain(given, q, rows, samples=samples, seed=seed, seconds=time_limit)
 
 
 def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:

@@ -4,6 +4,7 @@ GmOmplError                  everything this package raises on purpose
 |-- InputError               the user's input is wrong (command line: exit code 2)
 |   |-- ScenarioError        a scenario file or name; carries file, line, key and value
 |   |-- PlanFileError        a plan file
+|   |   `-- MisfitError      a plan whose steps cannot be those of its scenario; carries places
 |   |-- GeometryError        impossible or unusable shapes
 |   |-- UnknownPlannerError  no planner of that name; carries the valid names
 |   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
@@ -34,13 +35,28 @@ class ScenarioError(InputError):
         problems: one line per mistake, each with file, line, key path, value and remedy.
     """
 
-    def __init__(self, problems: Sequence[str]) -> None:
-        self.problems = tuple(problems)
+    def __init__(self, problems: str | Sequence[str]) -> None:
+        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
 
 
 class PlanFileError(InputError):
     """A plan file cannot be read."""
+
+
+class MisfitError(PlanFileError):
+    """A plan's steps cannot be those of the scenario inside it.
+
+    Attributes:
+        mistakes: per mistake the keys and indices that lead to it in the plan's file, and what is
+            wrong there.
+    """
+
+    def __init__(self, mistakes: Sequence[tuple[Sequence[int | str], str]]) -> None:
+        self.mistakes = tuple(mistakes)
+        super().__init__(
+            "\n".join(f"{'.'.join(map(str, place))}: {wrong}" for place, wrong in self.mistakes)
+        )
 
 
 class GeometryError(InputError):

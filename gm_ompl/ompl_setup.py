@@ -14,9 +14,9 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
-from gm_ompl.planners.ompl_path import judged_anew
-from gm_ompl.planners.ompl_setup import HybridSetup, make_setup
-from gm_ompl.planners.ompl_soundness import refuse_unsound
+from gm_ompl.planners.ompl.run import judged_anew
+from gm_ompl.planners.ompl.setup import HybridSetup, make_setup
+from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves

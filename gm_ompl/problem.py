@@ -8,8 +8,8 @@ import numpy as np
 
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.state import ContactState, Instant
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.solids import Body
+from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 

@@ -9,6 +9,11 @@ from types import ModuleType
 
 import pytest
 
+# What writes the pages is imported from the checkout also where the package comes from a wheel.
+_docs = ModuleType("docs")
+_docs.__path__ = [str(Path(__file__).resolve().parents[1] / "docs")]
+sys.modules.setdefault("docs", _docs)
+
 
 def _load(name: str) -> ModuleType:
     """Import a helper module beside this file; importlib mode puts no folder on the path."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.writing import write_bytes
 
 COLUMN: Final = 3.4
 """Width of a paper's column [inch]."""
@@ -74,10 +76,10 @@ def save(figure: Any, path: Path) -> None:
     check_suffix(path)
     kind = path.suffix.lower().lstrip(".")
     dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    try:
-        figure.savefig(path, format=kind, dpi=300, metadata=dates[kind])
-    except OSError as error:
-        raise InputError(f"-o {path}: cannot be written: {error.strerror or error}") from error
+    # In memory first: matplotlib loses its way where a file fails it.
+    content = BytesIO()
+    figure.savefig(content, format=kind, dpi=300, metadata=dates[kind])
+    write_bytes(path, content.getvalue())
 
 
 def title(text: str, most: int = 60) -> str:

@@ -27,7 +27,7 @@ HATCHES: Final = {"P": "", "F": "////"}
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class PlanAxis:
     """Where each displacement beat lies along the plan.
 
     Attributes:
@@ -47,7 +47,7 @@ class Axis:
     travel: Array
 
 
-def axis_of(story: Story) -> Axis:
+def axis_of(story: Story) -> PlanAxis:
     """Return the axis: s along a path that is never retraced, else displacement steps."""
     displacements = [step for step in story.plan.steps if step.kind == "displacement"]
     forward = len(story.problem.motion.names) == 1 and all(
@@ -69,7 +69,7 @@ def axis_of(story: Story) -> Axis:
         end.append(low + (beat.segment + 1) * width)
         travel.append(travel[-1] + _chords(story, beat))
         done += beat.segment == len(step.segments) - 1
-    return Axis(
+    return PlanAxis(
         tuple(beats), np.array(start), np.array(end), tuple(regrasps),
         f"{story.problem.motion.names[0]} along the path" if forward else "displacement steps",
         np.array(travel),
@@ -121,7 +121,7 @@ def forces_figure(story: Story) -> Any:
     return figure
 
 
-def _ranges(story: Story, axis: Axis) -> Array:
+def _ranges(story: Story, axis: PlanAxis) -> Array:
     """Return the ranges of normal force (b, n, 2); NaN where they were not computed."""
     count = len(axis.beats)
     ranges = np.full((count, story.problem.fingers.count, 2), np.nan)
@@ -131,13 +131,13 @@ def _ranges(story: Story, axis: Axis) -> Array:
     return ranges
 
 
-def _edges(axis: Axis, values: Array) -> tuple[Array, Array]:
+def _edges(axis: PlanAxis, values: Array) -> tuple[Array, Array]:
     """Return a step curve's corners: each value from its beat's start to its end."""
     x = np.stack([axis.start, axis.end], axis=1).ravel()
     return x, np.repeat(values, 2)
 
 
-def _force(ax: Any, story: Story, axis: Axis, i: int, ranges: Array) -> None:
+def _force(ax: Any, story: Story, axis: PlanAxis, i: int, ranges: Array) -> None:
     limit = float(story.problem.fingers.max_normal_force[i])
     force = np.array([np.nan if b.f_com[i] is None else b.f_com[i] for b in axis.beats], float)
     position = np.array([b.modes[i] == "P" for b in axis.beats])
@@ -146,7 +146,7 @@ def _force(ax: Any, story: Story, axis: Axis, i: int, ranges: Array) -> None:
     if known.any():
         thin = len(axis.beats) > RANGES
         rows = np.flatnonzero(known) if thin else np.arange(len(axis.beats))
-        part = Axis(axis.beats, axis.start[rows], axis.end[rows], (), "", axis.travel)
+        part = PlanAxis(axis.beats, axis.start[rows], axis.end[rows], (), "", axis.travel)
         bounds = np.where(known[rows, None], ranges[rows], np.nan)
         x, low = _edges(part, bounds[:, 0])
         _, high = _edges(part, bounds[:, 1])
@@ -159,7 +159,7 @@ def _force(ax: Any, story: Story, axis: Axis, i: int, ranges: Array) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
 
 
-def _modes(ax: Any, axis: Axis, n: int) -> None:
+def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
     """Draw one ribbon per finger: plain under position control, hatched under force control."""
     colours = {"P": palette.css(palette.POSITION), "F": palette.css(palette.FORCE)}
     names = {"P": "position", "F": "force"}
@@ -182,7 +182,7 @@ def _modes(ax: Any, axis: Axis, n: int) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
 
 
-def _stability(ax: Any, story: Story, axis: Axis) -> None:
+def _stability(ax: Any, story: Story, axis: PlanAxis) -> None:
     z = np.array([beat.z for beat in axis.beats])
     threshold = story.problem.mechanics.z_min
     ax.plot(*_edges(axis, z), color=palette.css(palette.MARGIN), label="z")
@@ -195,7 +195,7 @@ def _stability(ax: Any, story: Story, axis: Axis) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
 
 
-def _travel(ax: Any, story: Story, axis: Axis) -> None:
+def _travel(ax: Any, story: Story, axis: PlanAxis) -> None:
     ends = axis.travel[1:]
     for i in range(story.problem.fingers.count):
         x = np.append(axis.start[:1], axis.end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -70,16 +71,8 @@ def normal_force_program(
 
 
 def _instant(story: Story, beat: Beat, hand: list[int]) -> Instant:
-    problem = story.problem
-    return Instant(
-        contacts=beat.contacts,
+    return replace(
+        story.problem.instant(beat.contacts, tuple(hand), (0,) * len(hand)),
         points=np.array([beat.placements[i].point for i in hand]),
         normals=np.array([beat.placements[i].normal for i in hand]),
-        friction=problem.fingers.friction[hand],
-        max_normal_force=problem.fingers.max_normal_force[hand],
-        environment_friction=problem.environment.friction,
-        mass=problem.mass,
-        inertia=problem.inertia,
-        gravity=problem.mechanics.gravity,
-        cone_edges=problem.mechanics.cone_edges,
     )

@@ -5,14 +5,11 @@ from __future__ import annotations
 import base64
 import html
 import json
-import os
-import tempfile
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
+from gm_ompl.planners.planner import Status
 
 from . import palette
 from .charts import Band, bands
@@ -48,34 +45,6 @@ def page(plan: Plan) -> str:
     return "".join(parts[p] if k % 2 else p for k, p in enumerate(pieces))
 
 
-def write_page(plan: Plan, path: Path) -> None:
-    """Write the page of ``plan`` to ``path``, whole or not at all.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    write_text(path, page(plan))
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path``, whole or not at all.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    temporary: str | None = None
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:60]}-", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
-
-
 def escaped(text: str) -> str:
     """Return ``text`` so that HTML shows it as it is, whatever it says.
 
@@ -108,20 +77,13 @@ def _colours() -> str:
     return " ".join(pairs)
 
 
-_STATUS = {
-    "infeasible": "proven infeasible: there is no plan on this lattice",
-    "budget": "no plan: the budget was spent first",
-    "interrupted": "no plan: the search was interrupted",
-}
-
-
 def _summary(story: Story) -> str:
     plan = story.plan
     if plan.cost is None:
-        facts = [_STATUS.get(plan.status, plan.status)]
+        facts = [Status(plan.status).sentence]
     else:
         facts = [
-            f"cost {plan.cost:.6g}" + (" (proven optimal)" if plan.optimal else ""),
+            f"cost {plan.cost:.6g}" + (" (proven optimal on the lattice)" if plan.optimal else ""),
             f"{len(plan.steps)} steps",
             f"{plan.regrasps} regrasp" + ("" if plan.regrasps == 1 else "s"),
         ]

@@ -1,4 +1,4 @@
-"""The part of the world that is drawn: where the plan happens, and a margin around it."""
+"""The part of the world that is drawn, and from where to look at it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, unit
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import ConvexPiece, hull
@@ -20,7 +20,7 @@ MARGIN: Final = 0.35
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class View:
     """An axis-parallel box, world frame.
 
     Attributes:
@@ -43,7 +43,7 @@ class Region:
         return float(np.linalg.norm(self.high - self.low))
 
 
-def neighbourhood(story: Story) -> Region:
+def neighbourhood(story: Story) -> View:
     """Return the region that the object and its fingertips sweep, and a margin."""
     problem = story.problem
     first = story.beats[0].poses[0] if story.beats else story.rest_pose()
@@ -60,14 +60,14 @@ def neighbourhood(story: Story) -> Region:
     low, high = every.min(axis=0) - margin, every.max(axis=0) + margin
     if problem.environment.floor:
         low[2] = 0.0
-    return Region(low, high)
+    return View(low, high)
 
 
 def _pose(row: Array) -> Pose:
     return Pose.from_quaternion(row[:3], row[3:])
 
 
-def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:
+def clipped(piece: ConvexPiece, region: View) -> ConvexPiece | None:
     """Return the part of ``piece`` inside ``region``; None where they do not overlap.
 
     A corner of the part is either on a clipped face of the piece or a corner of the region.
@@ -86,7 +86,7 @@ def clipped(piece: ConvexPiece, region: Region) -> ConvexPiece | None:
         return None
 
 
-def _cut(polygon: Array, region: Region) -> Array:
+def _cut(polygon: Array, region: View) -> Array:
     """Return the polygon (k, 3) cut to the region, half space by half space."""
     for axis in range(3):
         for sign, limit in ((1.0, region.high[axis]), (-1.0, -region.low[axis])):
@@ -125,3 +125,39 @@ def edges_of(faces: tuple[tuple[int, ...], ...], corners: Array) -> Array:
     }
     edges: Array = corners[np.array(sorted(pairs))]
     return edges
+
+
+def viewpoint(story: Story, elevation: float = 24.0) -> Array:
+    """Return the unit vector (3,) towards the viewer.
+
+    Of sixteen directions round the vertical: the one with fewest obstacles in front of the
+    object, and of these the one that sees the motion most from its side.
+    """
+    first, last = (story.beats[k].poses[k][:3] if story.beats else np.zeros(3) for k in (0, -1))
+    travel = last - first
+    heading = np.arctan2(travel[1], travel[0]) if np.hypot(*travel[:2]) > 0 else 0.0
+    middle = 0.5 * (first + last) if story.beats else story.rest_pose()[:3]
+    side = heading - np.pi / 2 + np.deg2rad(28.0)  # a little from ahead: three faces are seen
+    best, least = unit([1.0, -1.0, 1.0]), np.inf
+    for k in range(16):
+        azimuth = side + k * np.pi / 8
+        up = np.deg2rad(elevation)
+        direction = np.array(
+            [np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]
+        )
+        turned = min(k, 16 - k) / 16
+        hidden = _hiding(story, middle, direction)
+        if hidden + turned < least:
+            best, least = direction, hidden + turned
+    return best
+
+
+def _hiding(story: Story, middle: Array, direction: Array) -> int:
+    """Return how many obstacle pieces stand between the viewer and ``middle``."""
+    steps = np.linspace(0.0, 4.0 * story.problem.body.diagonal, 60)[:, None]
+    ray = middle + steps * direction
+    return sum(
+        bool((ray @ piece.face_normals.T < piece.face_offsets).all(axis=1).any())
+        for obstacle in story.problem.environment.obstacles
+        for piece in obstacle.body.pieces
+    )

@@ -22,9 +22,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 from . import palette
-from .region import Region, clipped, edges_of, neighbourhood, triangles_of
+from .region import View, clipped, edges_of, neighbourhood, triangles_of, viewpoint
 from .story import Story
-from .viewpoint import viewpoint
 
 with warnings.catch_warnings():
     # meshcat's server, unused here, imports a deprecated part of pyzmq.
@@ -120,7 +119,7 @@ def _translation(offset: Any) -> Array:
     return _similarity(1.0, np.asarray(offset))
 
 
-def _surroundings(world: Any, story: Story, region: Region) -> None:
+def _surroundings(world: Any, story: Story, region: View) -> None:
     if story.problem.environment.floor:
         size = region.high - region.low
         thickness = 0.01 * region.diagonal

@@ -2,106 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from gm_ompl.errors import InputError
 from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.planners.trace_file import Told
 
 from .canvas import COLUMN, new_figure, title
 from .story import Story
-
-FORMAT: Final = "gm-ompl-trace/1"
 
 MARKERS: Final = ("o", "x", "^", "s", "+", "v", "d", "*")
 """One per reason of an expansion; reasons beyond the last share it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Trace:
-    """What a trace file says.
-
-    Attributes:
-        header: its first line.
-        history: (time [s], cost or None, bound or None), in time order.
-        expansions: events in order.
-        vertices: by number, as last said; in the order of their first event.
-    """
-
-    header: Mapping[str, Any]
-    history: tuple[tuple[float, float | None, float | None], ...]
-    expansions: tuple[Mapping[str, Any], ...] = ()
-    vertices: Mapping[int, Mapping[str, Any]] | None = None
-
-
-def read_trace(path: Path) -> Trace:
-    """Read a trace file; a last line cut short by an interruption is left out.
-
-    Raises:
-        InputError: it cannot be read or is no trace; the message names file and line.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"--trace {path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"--trace {path}: not a text file in UTF-8") from error
-    records = [_record(path, k, line, len(lines)) for k, line in enumerate(lines)]
-    if not records or records[0].get("format") != FORMAT:
-        raise InputError(f'--trace {path}:1: not a trace; its first line says "format": "{FORMAT}"')
-    try:
-        return _trace(records)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"--trace {path}: an event lacks or garbles {error}") from error
-
-
-def _record(path: Path, k: int, line: str, count: int) -> dict[str, Any]:
-    try:
-        record = json.loads(line)
-    except ValueError as error:
-        if k == count - 1 and k > 0:
-            return {}
-        raise InputError(f"--trace {path}:{k + 1}: not a line of JSON") from error
-    if not isinstance(record, dict):
-        raise InputError(f"--trace {path}:{k + 1}: must be one JSON object")
-    return record
-
-
-def _trace(records: list[dict[str, Any]]) -> Trace:
-    history: list[tuple[float, float | None, float | None]] = []
-    expansions: list[Mapping[str, Any]] = []
-    vertices: dict[int, Mapping[str, Any]] = {}
-    for record in records[1:]:
-        match record.get("event"):
-            case "progress":
-                history.append((float(record["time"]), record["cost"], record["lower_bound"]))
-            case "expansion":
-                expansions.append({"q": _floats(record["q"]), **_rest(record, "bound", "why")})
-            case "vertex":
-                number = int(record["number"])
-                vertices[number] = {
-                    "q": _floats(record["q"]), "placements": tuple(map(int, record["placements"])),
-                    **_rest(record, "parent", "kind", "tree"),
-                }  # fmt: skip
-            case "end" if record["history"]:
-                history = [(float(t), cost, bound) for t, cost, bound in record["history"]]
-    return Trace(records[0], tuple(history), tuple(expansions), vertices)
-
-
-def _floats(values: Any) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
-
-
-def _rest(record: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    return {name: record[name] for name in names}
-
-
-def search_figure(story: Story, trace: Trace | None) -> Any:
+def search_figure(story: Story, trace: Told | None) -> Any:
     """Return the figure of the search that found ``story.plan``.
 
     Args:
@@ -111,7 +28,7 @@ def search_figure(story: Story, trace: Trace | None) -> Any:
     Raises:
         InputError: neither knows anything of the search.
     """
-    told = trace or Trace({"planner": story.plan.planner}, ())
+    told = trace or Told({"planner": story.plan.planner}, ())
     history = told.history or story.plan.statistics.history
     extra = bool(told.expansions) + bool(told.vertices)
     if not history and not extra:
@@ -148,7 +65,7 @@ def _bounds(ax: Any, history: tuple[tuple[float, float | None, float | None], ..
         ax.legend(frameon=False)
 
 
-def _expansions(ax: Any, story: Story, trace: Trace) -> None:
+def _expansions(ax: Any, story: Story, trace: Told) -> None:
     """Draw what was expanded: where, at which bound, when (shade) and why (marker)."""
     rows = trace.expansions
     q = np.array([row["q"][0] for row in rows])

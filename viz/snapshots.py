@@ -15,9 +15,8 @@ from gm_ompl.geometry.pose import Pose
 
 from . import palette
 from .canvas import new_figure, title
-from .region import Region, clipped, neighbourhood
+from .region import View, clipped, neighbourhood, viewpoint
 from .story import Beat, Story
-from .viewpoint import viewpoint
 
 MOST: Final = 12
 """At most this many moments are drawn; of more regrasps the first are shown."""
@@ -120,7 +119,7 @@ def snapshots_figure(story: Story) -> Any:
     return figure
 
 
-def _draw(ax: Any, story: Story, view: Projection, region: Region, moment: Moment) -> None:
+def _draw(ax: Any, story: Story, view: Projection, region: View, moment: Moment) -> None:
     pose = Pose.from_quaternion(moment.pose[:3], moment.pose[3:])
     depth = view.depth(pose.position[None])
     _environment(ax, story, view, region, depth, behind=True)
@@ -140,7 +139,7 @@ def _draw(ax: Any, story: Story, view: Projection, region: Region, moment: Momen
 
 
 def _environment(
-    ax: Any, story: Story, view: Projection, region: Region, depth: float, behind: bool
+    ax: Any, story: Story, view: Projection, region: View, depth: float, behind: bool
 ) -> None:
     """Draw the floor and the obstacles behind the object, or the obstacles before it."""
     if behind and story.problem.environment.floor:

@@ -14,10 +14,10 @@ from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment, Segment
 from gm_ompl.plan.arcs import arc_of
+from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
 from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.scenario import Scenario
 
 from .transit import transit
 
@@ -121,9 +121,9 @@ def tell(plan: Plan) -> Story:
     """Return the story of ``plan``.
 
     Raises:
-        ScenarioError: the scenario inside the plan cannot be used.
+        InputError: the scenario inside the plan cannot be used, or the steps do not fit it.
     """
-    problem = Scenario.from_resolved(plan.scenario).problem
+    problem = problem_of(plan)
     arcs = sum(step.kind == "displacement" for step in plan.steps)
     pace = min(ARC_SECONDS, LONGEST_DISPLACEMENT / max(arcs, 1))
     beats: list[Beat] = []

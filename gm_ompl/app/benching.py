@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note, say, say_json
-from gm_ompl.errors import InputError
-from gm_ompl.study.bench import SCENARIOS, Effort, bench
-from gm_ompl.study.pages import number, table
+from gm_ompl.app.study_verbs import BenchVerb
+from gm_ompl.study.bench import SCENARIOS, bench
+from gm_ompl.study.report import number, table
 
 
-@dataclass(frozen=True)
-class BenchRequest:
-    """The options of ``gm-ompl bench``."""
-
-    scenarios: tuple[str, ...]
-    repeat: int
-    highs: int
-    search_limit: float
-    overrides: tuple[str, ...]
-    as_json: bool
-
-
-def bench_command(request: BenchRequest) -> Exit:
+def bench_command(request: BenchVerb) -> Exit:
     """Measure, show the result."""
-    for name, value in (("--repeat", request.repeat), ("--highs", request.highs)):
-        if value < 1:
-            raise InputError(f"{name}: {value}: must be a whole number >= 1")
-    if not request.search_limit > 0:
-        raise InputError(f"--search-limit: {request.search_limit}: must be a positive time [s]")
-    effort = Effort(
-        repeat=request.repeat, with_highs=request.highs, search_limit=request.search_limit
-    )
-    found = bench(request.scenarios or SCENARIOS, effort, request.overrides, note)
+    require_positive(repeat=request.repeat, highs=request.highs, search_limit=request.search_limit)
+    found = bench(
+        request.scenario or SCENARIOS, request.overrides or (), note, repeat=request.repeat,
+        highs=request.highs, search_limit=request.search_limit,
+    )  # fmt: skip
     if request.as_json:
         say_json(found)
     else:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
@@ -17,38 +15,27 @@ from rich.text import Text
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
-from gm_ompl.app.output import note
-from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.app.options import require_positive
+from gm_ompl.app.output import made_folder, note
+from gm_ompl.app.study_verbs import CompareVerb
+from gm_ompl.errors import MissingExtraError
+from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
-from gm_ompl.study.executors import make_executor
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
-from gm_ompl.study.report import figure, interval, other_ends, report_html
+from gm_ompl.study.report import figure, figures, interval, report_html
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
+from gm_ompl.writing import write_text
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """The options of ``gm-ompl compare``."""
-
-    scenarios: tuple[str, ...]
-    planners: str
-    seeds: int
-    time_limit: float
-    memory_limit: float | None
-    max_iterations: int | None
-    executor: str
-    output: Path
-
-
-def compare_command(request: CompareRequest) -> Exit:
+def compare_command(request: CompareVerb) -> Exit:
     """Make the runs that are missing, write everything, show the tables."""
     tasks = _tasks(request)
     with closing(make_executor(request.executor)) as executor:
-        folder = _folder(request.output)
+        folder = made_folder(request.output)
         with Store(folder / "runs.sqlite") as store:
             records = _compare(tasks, store, executor)
             best = optima(store.all())
@@ -57,10 +44,11 @@ def compare_command(request: CompareRequest) -> Exit:
     for table in (*_summary_tables(summaries), *_difference_tables(found)):
         console.print(table)
     write_benchmark(records, best, folder / "ompl")
-    for name, write in (
-        ("runs.parquet", lambda path: write_parquet(records, path)),
-        ("report.html", lambda path: path.write_text(report_html(records, best), encoding="utf-8")),
-    ):
+    writers: dict[str, Callable[[Path], None]] = {
+        "runs.parquet": lambda path: write_parquet(records, path),
+        "report.html": lambda path: write_text(path, report_html(records, best)),
+    }
+    for name, write in writers.items():
         try:
             write(folder / name)
         except MissingExtraError as error:
@@ -69,30 +57,21 @@ def compare_command(request: CompareRequest) -> Exit:
     return Exit.OK
 
 
-def _tasks(request: CompareRequest) -> tuple[Task, ...]:
+def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     """Return the runs asked for.
 
     Raises:
         InputError: an option's value is wrong.
     """
-    for option, value in (
-        ("--time-limit", request.time_limit), ("--memory-limit", request.memory_limit),
-        ("--max-iterations", request.max_iterations),
-    ):  # fmt: skip
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"{option} {value}: must be a positive number")
+    require_positive(
+        time_limit=request.time_limit,
+        memory_limit=request.memory_limit,
+        max_iterations=request.max_iterations,
+    )
     planners = [name.strip() for name in request.planners.split(",") if name.strip()]
     limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
     return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,
                       limits)  # fmt: skip
-
-
-def _folder(path: Path) -> Path:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"-o {path}: cannot be made a folder: {error.strerror}") from None
-    return path.resolve()
 
 
 def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[Record, ...]:
@@ -109,10 +88,7 @@ def _summary_tables(rows: Sequence[Summary]) -> Iterator[Table]:
         table = _table(scenario, "planner", "runs", "plan", "first [s]", "cost", "ratio",
                        "regrasps", "z", "decisions", "MiB", "other ends")  # fmt: skip
         for row in group:
-            values = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                      row.decisions, row.peak_mb)  # fmt: skip
-            _add(table, row.planner, str(row.runs), f"{row.success:.0%}", *map(figure, values),
-                 other_ends(row))  # fmt: skip
+            _add(table, row.planner, *figures(row))
         yield table
 
 

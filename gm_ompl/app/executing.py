@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.options import require
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import DisturbanceReport, disturb
-from gm_ompl.simulation.execute import Setup, perform, prepare
-from gm_ompl.simulation.largest import Largest, largest
+from gm_ompl.app.plan_files import opened
+from gm_ompl.app.show_verbs import ExecuteVerb
+from gm_ompl.simulation.disturb import DisturbanceReport, Largest, disturb, largest
+from gm_ompl.simulation.execute import perform, prepare
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import load
 from gm_ompl.simulation.probe import ProbeReport, probe
@@ -26,30 +25,13 @@ ENOUGH = 0.95
 """Share of the trials that must succeed."""
 
 
-@dataclass(frozen=True)
-class ExecuteRequest:
-    """The options of ``gm-ompl execute``."""
-
-    plan_file: Path
-    seed: int
-    probe: int
-    disturb: float | None
-    largest: int | None
-    vary: float | None
-    trials: int
-    speed: float
-    lean: bool
-    video: Path | None
-    plot: Path | None
-    as_json: bool
-
-
-def execute_command(request: ExecuteRequest) -> Exit:
+def execute_command(request: ExecuteVerb) -> Exit:
     """Play the plan back, put it to the test, show the result."""
     _check(request)
     load()
     video, plot = writable(request.video, "--video"), writable(request.plot, "--plot")
-    setup = prepare(Plan.load(request.plan_file), Pace(speed=request.speed), lean=request.lean)
+    with opened(request.plan_file) as plan:
+        setup = prepare(plan, Pace(speed=request.speed), lean=request.lean)
     with nullcontext() if video is None else Film(video) as film:
         report, measured = perform(setup, watch=film)
     if plot is not None:
@@ -58,9 +40,9 @@ def execute_command(request: ExecuteRequest) -> Exit:
         draw_execution(measured, plot)
     tests = _Tests(
         probe(setup, request.probe) if request.probe else None,
-        _disturbed(setup, request),
-        _largest(setup, request),
-        _varied(setup, request),
+        disturb(setup, request.disturb, request.trials, request.seed) if request.disturb else None,
+        largest(setup, request.largest, request.seed) if request.largest else (),
+        vary(setup, request.vary / 100.0, request.trials, request.seed) if request.vary else None,
     )
     holds = report.holds and all(share >= ENOUGH for share in tests.shares())
     if request.as_json:
@@ -109,38 +91,17 @@ def _say(report: ExecutionReport, tests: _Tests, holds: bool) -> None:
     say("it holds" if holds else "it does NOT hold")
 
 
-def _check(request: ExecuteRequest) -> None:
+def _check(request: ExecuteVerb) -> None:
     """Refuse numbers that make no sense.
 
     Raises:
         InputError: an option's value is wrong.
     """
-    if request.seed < 0:
-        raise InputError(f"--seed {request.seed}: must be a whole number >= 0")
-    if request.probe < 0:
-        raise InputError(f"--probe {request.probe}: must be a whole number >= 0")
-    if request.trials < 1:
-        raise InputError(f"--trials {request.trials}: must be a whole number >= 1")
     fraction, percent = request.disturb, request.vary
-    if fraction is not None and not (math.isfinite(fraction) and fraction > 0):
-        raise InputError(f"--disturb {fraction}: must be a positive fraction of z, such as 0.8")
-    if percent is not None and not 0 < percent <= 50:
-        raise InputError(f"--vary {percent}: must be a percentage above 0, at most 50")
-
-
-def _disturbed(setup: Setup, request: ExecuteRequest) -> DisturbanceReport | None:
-    if request.disturb is None:
-        return None
-    return disturb(setup, request.disturb, request.trials, request.seed)
-
-
-def _largest(setup: Setup, request: ExecuteRequest) -> tuple[Largest, ...]:
-    if request.largest is None:
-        return ()
-    return largest(setup, request.largest, request.seed)
-
-
-def _varied(setup: Setup, request: ExecuteRequest) -> VariationReport | None:
-    if request.vary is None:
-        return None
-    return vary(setup, request.vary / 100.0, request.trials, request.seed)
+    require(request.seed >= 0, "--seed", request.seed, "a whole number >= 0")
+    require(request.probe >= 0, "--probe", request.probe, "a whole number >= 0")
+    require(request.trials >= 1, "--trials", request.trials, "a whole number >= 1")
+    holds = fraction is None or (math.isfinite(fraction) and fraction > 0)
+    require(holds, "--disturb", fraction, "a positive fraction of z, such as 0.8")
+    holds = percent is None or 0 < percent <= 50
+    require(holds, "--vary", percent, "a percentage above 0, at most 50")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import errno
 import functools
 import json
 import sys
@@ -19,7 +20,7 @@ class Exit(enum.IntEnum):
     OK = 0  # solved, or holds
     BUG = 1
     BAD_INPUT = 2
-    INFEASIBLE = 3  # proven
+    INFEASIBLE = 3  # proven on the scenario's lattice
     BUDGET = 4  # spent without a plan
     REFUTED = 5  # check found that the plan does not hold
     INTERRUPTED = 130  # what shells report for Ctrl-C
@@ -31,6 +32,9 @@ EXIT_OF_STATUS = {
     "budget": Exit.BUDGET,
     "interrupted": Exit.INTERRUPTED,
 }
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system says where no more can be written."""
 
 TRACEBACK_VARIABLE = "GM_OMPL_TRACEBACK"
 
@@ -56,8 +60,14 @@ def guarded(command: Callable[..., Exit]) -> Callable[..., None]:
             code = _fail(Exit.INTERRUPTED, "interrupted", kwargs)
         except InputError as error:
             code = _fail(Exit.BAD_INPUT, str(error), kwargs)
-        except BrokenPipeError:
-            raise  # the reader of our output has left: the command line's library ends quietly
+        except OSError as error:
+            full = error.errno in _FULL
+            message = f"cannot write {error.filename or 'a file'}: {error.strerror}"
+            code = _fail(
+                Exit.BAD_INPUT if full else Exit.BUG,
+                message if full else _describe_bug(error),
+                kwargs,
+            )
         except Exception as error:
             code = _fail(Exit.BUG, _describe_bug(error), kwargs)
         raise SystemExit(int(code))

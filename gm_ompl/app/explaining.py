@@ -4,45 +4,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
+from gm_ompl.app.explain_text import lines
 from gm_ompl.app.output import say, say_json
+from gm_ompl.app.plan_verbs import ExplainVerb
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import (
-    Explanation,
-    InstantLine,
-    ModeLine,
-    SetLine,
-    Survey,
-)
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
-_FACES_SHOWN = 8
 
 
-@dataclass(frozen=True)
-class ExplainRequest:
-    """The options of ``gm-ompl explain``."""
-
-    scenario: str
-    at: str | None
-    placements: str | None
-    samples: int | None
-    seed: int
-    time_limit: float
-    overrides: tuple[str, ...]
-    as_json: bool
-
-
-def explain_command(request: ExplainRequest) -> Exit:
+def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
     explanation = api.explain(
-        api.load(request.scenario, request.overrides),
+        api.load(request.scenario, request.overrides or ()),
         at,
         places,
         samples=request.samples,
@@ -103,103 +81,3 @@ def read_coordinates(text: str) -> list[float]:
                 f"--at {text!r}: must be a number (from 0 to 1 along a path), or X,Y,YAW"
             ) from None
     return values
-
-
-def lines(explanation: Explanation) -> Iterator[str]:
-    """Yield the explanation as lines for people."""
-    yield f"{explanation.scenario}: {explanation.verdict}"
-    for instant in explanation.instants:
-        yield from _instant(instant)
-    if explanation.placements is not None:
-        yield from _set(explanation.placements)
-    for survey in explanation.surveys:
-        yield from _survey(survey)
-    if explanation.remedies:
-        yield "tried:"
-    for remedy in explanation.remedies:
-        sign = "helps" if remedy.helps else "no help"
-        yield f"  {sign:8s} --set {remedy.change}  ({remedy.evidence})"
-
-
-def _survey(survey: Survey) -> Iterator[str]:
-    where = {"start": "going forward from the start", "goal": "coming back from the goal"}
-    possible = "too many to list" if survey.possible is None else f"{survey.possible:,}"
-    drawn = f"a random {survey.judged:,}" if survey.sampled else "all"
-    yield (
-        f"{where.get(survey.where, 'at this point')}: sets of placements that are "
-        f"geometrically possible there: {possible}; {drawn} judged"
-    )
-    counts = [f"{survey.holding} hold"]
-    counts += [f"{number} {_words(name)}" for name, number in survey.findings.items()]
-    yield "  first blocked by: " + ", ".join(counts)
-    for row in survey.faces[:_FACES_SHOWN]:
-        found = ", ".join(f"{n} {_words(name)}" for name, n in row.findings.items())
-        found = f"; {found}" if found else ""
-        yield (
-            f"  {', '.join(row.faces):12s} {row.holding} of {row.sets} hold{found}"
-            f"{_ratio(row.ratio)}"
-        )
-    if len(survey.faces) > _FACES_SHOWN:
-        yield f"  ... and {len(survey.faces) - _FACES_SHOWN} more combinations of faces"
-    for line in survey.closest:
-        yield from _set(line)
-
-
-def _set(line: SetLine) -> Iterator[str]:
-    yield f"  {' '.join(line.placements)}:{' holds' if line.holds else ''}{_ratio(line.ratio)}"
-    if line.nodes_from_start is not None:
-        yield (
-            f"    without regrasping: {line.nodes_from_start:,} nodes reached from the start, "
-            f"the goal reached from {line.nodes_to_goal:,}"
-        )
-    if line.forward is not None:
-        yield f"    going forward it first fails at {_at(line.forward)}: {_why(line.forward)}"
-    if line.backward is not None:
-        yield f"    coming back it first fails at {_at(line.backward)}: {_why(line.backward)}"
-    for part in line.stretches:
-        yield (
-            f"    from {part.first:.4g} to {part.last:.4g}: "
-            f"{'; '.join(part.blocked_by) or part.finding.value}{_ratio(part.ratio)}"
-        )
-    for finger, ratio in enumerate(line.lifts):
-        if ratio is not None:
-            may = "may" if ratio >= 1.0 else "may not"
-            yield f"    before that finger {finger} {may} be lifted{_ratio(ratio)}"
-
-
-def _instant(line: InstantLine) -> Iterator[str]:
-    moving = "at rest" if line.direction is None else f"moving along {_numbers(line.direction)}"
-    yield f"  at {_at(line)}, {moving}: {_why(line)}"
-    if line.limit is not None and line.ratio is not None:
-        yield f"    the disturbance that limits z: {line.limit}"
-    for row in line.modes:
-        yield f"    {' '.join(row.modes):20s} {_mode(row)}"
-
-
-def _mode(row: ModeLine) -> str:
-    if row.internal_force:
-        return "excessive internal force could be generated (Problem (5))"
-    if row.z is None:
-        return "no equilibrium"
-    commands = [f"{f:.4g}" for f in row.f_com if f is not None]
-    return f"z = {row.z:.4g}" + (f" with f_com {', '.join(commands)}" if commands else "")
-
-
-def _why(line: InstantLine) -> str:
-    return f"{'; '.join(line.blocked_by) or line.finding.value}{_ratio(line.ratio)}"
-
-
-def _at(line: InstantLine) -> str:
-    return _numbers(line.q)
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:.4g}" for value in values)
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _ratio(ratio: float | None) -> str:
-    return "" if ratio is None else f" (z / z_min = {ratio:.3g})"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from contextlib import suppress
 from types import FrameType
 from typing import Annotated
 
@@ -16,7 +17,9 @@ import typer
 from gm_ompl import __version__
 from gm_ompl.app import plan_verbs, show_verbs, study_verbs
 from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
-from gm_ompl.app.output import show_log
+from gm_ompl.app.options import command
+from gm_ompl.app.output import note, show_log
+from gm_ompl.app.streams import hush_libraries, outlets
 
 app = typer.Typer(
     name="gm-ompl",
@@ -54,22 +57,22 @@ def options(
 
 
 VERBS = {
-    "list": plan_verbs.list_scenarios,
-    "plan": plan_verbs.plan,
-    "explain": plan_verbs.explain,
-    "check": plan_verbs.check,
-    "view": show_verbs.view,
-    "plot": show_verbs.plot,
-    "export": show_verbs.export,
-    "execute": show_verbs.execute,
-    "compare": study_verbs.compare,
-    "tune": study_verbs.tune,
-    "bench": study_verbs.bench,
+    "list": (plan_verbs.ListVerb, ".showing:list_command"),
+    "plan": (plan_verbs.PlanVerb, ".planning:plan_command"),
+    "explain": (plan_verbs.ExplainVerb, ".explaining:explain_command"),
+    "check": (plan_verbs.CheckVerb, ".showing:check_command"),
+    "view": (show_verbs.ViewVerb, ".showing:view_command"),
+    "plot": (show_verbs.PlotVerb, ".showing:plot_command"),
+    "export": (show_verbs.ExportVerb, ".showing:export_command"),
+    "execute": (show_verbs.ExecuteVerb, ".executing:execute_command"),
+    "compare": (study_verbs.CompareVerb, ".comparing:compare_command"),
+    "tune": (study_verbs.TuneVerb, ".tuning:tune_command"),
+    "bench": (study_verbs.BenchVerb, ".benching:bench_command"),
 }
-"""In the order of ``--help``."""
+"""In the order of ``--help``: what a verb takes, and who carries it out."""
 
 for _name, _verb in VERBS.items():
-    app.command(_name)(_verb)
+    app.command(_name)(command(*_verb))
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:
@@ -80,7 +83,22 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> None:
 def run() -> None:
     """Entry point of the command ``gm-ompl``."""
     signal.signal(signal.SIGTERM, _interrupt)
+    hush_libraries()
+    with outlets() as stdout:
+        code = _code()
+    if stdout is not None and stdout.failure is not None and code != Exit.BUG:
+        code = Exit.BAD_INPUT
+        with suppress(OSError):
+            note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
+    sys.exit(int(code))
+
+
+def _code() -> int:
+    """Run the command and return its exit code."""
     try:
         app(prog_name="gm-ompl")
     except KeyboardInterrupt:
-        sys.exit(int(Exit.INTERRUPTED))
+        return Exit.INTERRUPTED
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else Exit.OK
+    return Exit.OK

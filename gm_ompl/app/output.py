@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gm_ompl.errors import InputError
+from gm_ompl.writing import is_special, is_stdout
 
 
 def say(text: str = "") -> None:
@@ -44,21 +45,41 @@ def show_log() -> None:
 
 
 def writable(path: Path | None, option: str = "-o") -> Path | None:
-    """Return ``path`` with links resolved, once it is known that a file can be put there.
+    """Return ``path`` with links resolved, once it is known that it can be written.
 
-    Asked before planning, so that hours of search are not lost to a misspelt folder.
+    Asked before planning, so that hours of search are not lost to a misspelt folder. Devices and
+    pipes stay as they are named; "-" is the standard output.
 
     Raises:
-        InputError: its folder is missing or not writable, or it is something else than a file.
+        InputError: its folder is missing or not writable, or it is a folder.
     """
     if path is None:
         return None
+    if str(path) == "-":
+        path = Path("/dev/stdout")
+    if is_special(path) or is_stdout(path):
+        if not os.access(path, os.W_OK):
+            raise InputError(f"{option} {path}: is not writable")
+        return path
     target = path.resolve()
     folder = target.parent
     if not folder.is_dir():
         raise InputError(f"{option} {path}: folder {folder} does not exist; make it first")
-    if target.exists() and not target.is_file():
-        raise InputError(f"{option} {path}: is not a regular file; name a file to write")
+    if target.is_dir():
+        raise InputError(f"{option} {path}: is a folder; name a file to write")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{option} {path}: folder {folder} is not writable")
     return target
+
+
+def made_folder(path: Path) -> Path:
+    """Return ``path`` with links resolved, a folder that is made where it does not exist.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"-o {path}: cannot be made a folder: {error.strerror}") from None
+    return path.resolve()

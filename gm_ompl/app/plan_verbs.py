@@ -1,140 +1,103 @@
-"""The verbs that plan and judge: list, plan, explain, check.
-
-What a verb needs is imported inside it, so that ``--help`` answers at once.
-"""
+"""The options of the verbs that plan and judge: list, plan, explain, check."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gm_ompl.app.exits import Exit, guarded
 from gm_ompl.app.options import AsJson, Overrides, Scenario
 
 
-@guarded
-def list_scenarios(as_json: AsJson = False) -> Exit:
+@dataclass(frozen=True)
+class ListVerb:
     """List the shipped scenarios."""
-    from gm_ompl.app.listing import list_command
 
-    return list_command(as_json)
+    as_json: AsJson = False
 
 
-@guarded
-def plan(
-    scenario: Scenario,
-    planner: Annotated[str, typer.Option(help="The planner's name.")] = "astar",
+@dataclass(frozen=True)
+class PlanVerb:
+    """Plan a scenario.
+
+    Exit codes: 0 solved, 2 bad input, 3 proven infeasible on the scenario's lattice, 4 budget
+    spent without a plan, 130 interrupted.
+    """
+
+    scenario: Scenario
+    planner: Annotated[str, typer.Option(help="The planner's name.")] = "astar"
     time_limit: Annotated[
         float | None,
         typer.Option(metavar="S", help="Stop after this many seconds."),
-    ] = None,
+    ] = None
     max_iterations: Annotated[
         int | None,
         typer.Option(metavar="N", help="Stop after this many iterations (node expansions)."),
-    ] = None,
+    ] = None
     memory_limit: Annotated[
         float | None,
         typer.Option(metavar="MB", help="Stop when the process uses this much memory."),
-    ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of randomised planners.")] = 0,
+    ] = None
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of randomised planners.")] = 0
     params: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="The planner's parameters, JSON or YAML."),
-    ] = None,
-    overrides: Overrides = None,
+    ] = None
+    overrides: Overrides = None
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="PLAN.json", help="Write the plan there."),
-    ] = None,
+    ] = None
     html: Annotated[
         Path | None,
         typer.Option(metavar="VIEW.html", help="Write a page there that shows the plan."),
-    ] = None,
+    ] = None
     trace: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep there what the search did, for pictures."),
-    ] = None,
-    as_json: AsJson = False,
-) -> Exit:
-    """Plan a scenario.
+    ] = None
+    as_json: AsJson = False
 
-    Exit codes: 0 solved, 2 bad input, 3 proven infeasible, 4 budget spent without a plan,
-    130 interrupted.
+
+@dataclass(frozen=True)
+class ExplainVerb:
+    """Say why there is no plan on the lattice, or none through there.
+
+    What is suggested has been judged again. Of many sets of placements some are drawn at random.
     """
-    from gm_ompl.app.planning import PlanRequest, plan_command
 
-    request = PlanRequest(
-        scenario=scenario,
-        planner=planner,
-        time_limit=time_limit,
-        max_iterations=max_iterations,
-        memory_limit=memory_limit,
-        seed=seed,
-        params=params,
-        overrides=tuple(overrides or ()),
-        output=output,
-        html=html,
-        trace=trace,
-        as_json=as_json,
-    )
-    return plan_command(request)
-
-
-@guarded
-def explain(
-    scenario: Scenario,
+    scenario: Scenario
     at: Annotated[
         str | None,
         typer.Option(metavar="S", help="Only there: 0 to 1 along a path, or X,Y,YAW."),
-    ] = None,
+    ] = None
     placements: Annotated[
         str | None,
         typer.Option(
             metavar="FACE:CELL,...", help="Only these, one per finger; CELL is i.j or [i,j]."
         ),
-    ] = None,
+    ] = None
     samples: Annotated[
         int | None, typer.Option(metavar="N", help="Sets of placements judged at most.", min=1)
-    ] = None,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sampling.", min=0)] = 0,
+    ] = None
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sampling.", min=0)] = 0
     time_limit: Annotated[
         float,
-        typer.Option(metavar="S", help="For the search that says whether there is a plan.", min=0),
-    ] = 20.0,
-    overrides: Overrides = None,
-    as_json: AsJson = False,
-) -> Exit:
-    """Say why there is no plan, or none through there.
-
-    What is suggested has been judged again. Of many sets of placements some are drawn at random.
-    """
-    from gm_ompl.app.explaining import ExplainRequest, explain_command
-
-    request = ExplainRequest(
-        scenario=scenario,
-        at=at,
-        placements=placements,
-        samples=samples,
-        seed=seed,
-        time_limit=time_limit,
-        overrides=tuple(overrides or ()),
-        as_json=as_json,
-    )
-    return explain_command(request)
+        typer.Option(metavar="S", help="For all of it; 0: without any search.", min=0),
+    ] = 30.0
+    overrides: Overrides = None
+    as_json: AsJson = False
 
 
-@guarded
-def check(
-    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.json", help="The plan to judge.")],
-    as_json: AsJson = False,
-) -> Exit:
+@dataclass(frozen=True)
+class CheckVerb:
     """Judge a saved plan anew.
 
     Only the scenario inside the file is trusted. Exit codes: 0 it holds, 2 bad input, 5 it does
     not hold.
     """
-    from gm_ompl.app.checking import check_command
 
-    return check_command(plan_file, as_json)
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN.json", help="The plan to judge.")]
+    as_json: AsJson = False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -11,50 +10,36 @@ from typing import Any
 from gm_ompl import api
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.plan_verbs import PlanVerb
 from gm_ompl.app.progress import ProgressLine
-from gm_ompl.app.tracing import TraceFile
-from gm_ompl.app.viewing import write_html
+from gm_ompl.app.showing import write_html
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
-from gm_ompl.planners.planner import Report
+from gm_ompl.planners.planner import Report, Status
+from gm_ompl.planners.trace_file import TraceFile
+from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.writing import is_stdout
 
 
-@dataclass(frozen=True)
-class PlanRequest:
-    """The options of ``gm-ompl plan``."""
-
-    scenario: str
-    planner: str
-    time_limit: float | None
-    max_iterations: int | None
-    memory_limit: float | None
-    seed: int
-    params: Path | None
-    overrides: tuple[str, ...]
-    output: Path | None
-    html: Path | None
-    trace: Path | None
-    as_json: bool
-
-
-def plan_command(request: PlanRequest) -> Exit:
+def plan_command(request: PlanVerb) -> Exit:
     """Plan, write the file, show the result."""
     output = writable(request.output)
     html, trace = writable(request.html, "--html"), writable(request.trace, "--trace")
     _different(output, html, trace)
     parameters = read_parameters(request.params)
-    scenario = api.load(request.scenario, request.overrides)
+    scenario = api.load(request.scenario, request.overrides or ())
     plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)
     if html is not None:
         write_html(plan, html)
-    if request.as_json:
+    to_stdout = output is not None and is_stdout(output)  # the file alone comes out there
+    if request.as_json and not to_stdout:
         say_json(plan.to_dict())
-    else:
+    elif not request.as_json:
         for line in summary(plan):
-            say(line)
+            (note if to_stdout else say)(line)
         if output is not None:
             note(f"written to {request.output}")
         if html is not None:
@@ -70,7 +55,7 @@ def _different(*targets: Path | None) -> None:
 
 
 def _search(
-    request: PlanRequest, scenario: Scenario, parameters: dict[str, Any], trace: Path | None
+    request: PlanVerb, scenario: Scenario, parameters: dict[str, Any], trace: Path | None
 ) -> Plan:
     """Plan, the progress shown and, where asked for, traced."""
 
@@ -111,12 +96,7 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
         return {}
     from gm_ompl.scenario.document import parse
 
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--params {path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"--params {path}: not a text file in UTF-8") from error
+    text = read_text(path, PARAMETERS)
     try:
         parameters = parse(text, str(path)).tree
     except ScenarioError as error:
@@ -128,20 +108,20 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
     return parameters
 
 
-_SENTENCES = {
-    "infeasible": "proven infeasible: no plan exists on this lattice",
-    "budget": "budget spent before a plan was found",
-    "interrupted": "interrupted before a plan was found",
-}
+def _wrong_parameters(text: str) -> InputError:
+    return InputError(f"--params {text}")
+
+
+PARAMETERS = Kind("file of parameters", "JSON or YAML", 2**20, _wrong_parameters)
 
 
 def summary(plan: Plan) -> Iterator[str]:
     """Yield the plan as a few lines for people."""
     name = plan.scenario.get("name", "scenario")
     if plan.cost is None:
-        yield f"{name}: {_SENTENCES[plan.status]}"
+        yield f"{name}: {Status(plan.status).sentence}"
     else:
-        quality = "proven optimal" if plan.optimal else "not proven optimal"
+        quality = "proven optimal on the lattice" if plan.optimal else "not proven optimal"
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"

@@ -15,9 +15,13 @@ from gm_ompl.plan.model import DisplacementStep, Plan
 from gm_ompl.scenario.scenario import Scenario
 
 _NOT_PROVEN = (
-    "optimality is the planner's claim: only its consistency with cost and lower_bound is judged"
+    "that the plan is optimal on the lattice is the planner's claim: only its consistency with "
+    "cost and lower_bound is judged"
 )
-_NO_STEPS = "there is no plan to judge; that none exists, or none was found, is not proven here"
+_NO_STEPS = (
+    "there is no plan to judge; that none exists on the lattice, or that none was found, is not "
+    "proven here"
+)
 
 
 def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = None) -> CheckReport:

@@ -77,13 +77,15 @@ def _check_density(referee: Referee, step: DisplacementStep, found: Findings) ->
     """Judge number and form of the segments; return whether they can be judged one by one."""
     problem, parts = referee.problem, len(step.segments)
     steps = lattice_steps(problem, step.from_, step.to)
-    spanned = max(1, math.ceil(steps - referee.tolerances.count))
-    least = problem.cost.samples_per_arc * spanned
+    tolerances, P = referee.tolerances, problem.cost.samples_per_arc
+    # An arc that little over a whole number of steps may be counted either way.
+    margins = (tolerances.count, tolerances.rounding)
+    wanted = [P * max(1, math.ceil(steps - margin)) for margin in margins]
     found.check(
         "segments",
-        parts >= least,
-        f"{parts} segments; an arc over {steps:.6g} lattice steps needs at least {least} "
-        f"({problem.cost.samples_per_arc} per step begun)",
+        parts in wanted,
+        f"{parts} segments; an arc over {steps:.6g} lattice steps has exactly {wanted[0]} "
+        f"({P} per step begun)",
     )
     count = problem.fingers.count
     for j, segment in enumerate(step.segments):

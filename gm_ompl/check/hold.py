@@ -79,7 +79,6 @@ def _check_forces(referee: Referee, hold: Hold, found: Findings) -> bool:
 def _check_margin(referee: Referee, hold: Hold, found: Findings) -> None:
     tolerances, z_min = referee.tolerances, referee.problem.mechanics.z_min
     z = referee.margin(hold.contacts, hold.fingers, hold.rows, hold.modes, hold.f_com)
-    best = referee.best(hold.contacts, hold.fingers, hold.rows).z
     found.margin(z)
     slack = tolerances.z * max(abs(z), tolerances.z_floor * referee.force_scale)
     found.check(
@@ -89,7 +88,12 @@ def _check_margin(referee: Referee, hold: Hold, found: Findings) -> None:
         f"(off by {abs(hold.z - z):.3g}, allowed {slack:.3g})",
         hold.segment,
     )
-    slack = tolerances.z * max(abs(best), tolerances.z_floor * referee.force_scale)
+    least = z + tolerances.z * max(abs(z), tolerances.z_floor * referee.force_scale)
+    hand = (hold.fingers, hold.rows)
+    best, slack = z, 0.0
+    if not referee.unbeaten(hold.contacts, hand, hold.modes, hold.f_com, least):
+        best = referee.best(hold.contacts, hold.fingers, hold.rows).z
+        slack = tolerances.z * max(abs(best), tolerances.z_floor * referee.force_scale)
     found.check(
         "best modes",
         z >= best - slack,

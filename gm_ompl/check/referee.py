@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.check.remembered import Margins, Remembered, bound
 from gm_ompl.check.settings import Tolerances
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
@@ -15,14 +16,15 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.reference.internal_force import excessive_internal_force
-from gm_ompl.reference.modes import decide_modes, margin
-from gm_ompl.reference.statics import statics
+from gm_ompl.reference.modes import combinations, decide_modes, margin
+from gm_ompl.reference.stability import NEGLIGIBLE, stability
+from gm_ompl.reference.statics import Statics, statics
 from gm_ompl.reference.swept import SweptJudge
 
 Fingers = tuple[int, ...]
 Modes = tuple[ControlMode, ...]
 Forces = tuple[float | None, ...]
+Hand = tuple[Fingers, Placements]
 
 SAME_STATE = 1e-9
 """Contact states that agree to this (lengths over D) are one: a slide's decisions are equal."""
@@ -46,6 +48,11 @@ class Referee:
         self._best: dict[object, ModeDecision] = {}
         self._margin: dict[object, float] = {}
         self._internal: dict[object, bool] = {}
+        self._unbeaten: dict[object, bool] = {}
+        self._guess: dict[object, Forces] = {}
+        self._remembered = Remembered()
+        self._last_model: tuple[object, Statics] | None = None
+        self._last_margins: tuple[Statics, Modes, Forces, Margins | None] | None = None
 
     @cached_property
     def diagonal(self) -> float:
@@ -126,9 +133,73 @@ class Referee:
         """Return z of Problem (6) with these modes and this f_com."""
         key = (self._key(contacts), fingers, rows, modes, f_com)
         if key not in self._margin:
-            instant = self.problem.instant(contacts, fingers, rows)
-            self._margin[key] = margin(instant, modes, f_com)
+            model = self._model(contacts, (fingers, rows))
+            found = self._margins(model, (fingers, rows), modes, f_com)
+            if found is not None and NEGLIGIBLE < found.z < np.inf:
+                self._margin[key] = found.z * model.scale
+            else:
+                instant = self.problem.instant(contacts, fingers, rows)
+                self._margin[key] = margin(instant, modes, f_com)
         return self._margin[key]
+
+    def unbeaten(
+        self,
+        contacts: ContactState,
+        hand: Hand,
+        modes: Modes,
+        f_com: Forces,
+        z: float,
+    ) -> bool:
+        """Whether it is proven, without solving Sec. 3.4 anew, that no modes have a larger z.
+
+        Of the sets of modes that pass Problem (5) only those with the most position control
+        matter: a force-controlled finger's forces are among those of the same finger under
+        position control.
+        """
+        key = (self._key(contacts), hand, modes, f_com, z)
+        if key not in self._unbeaten:
+            model = self._model(contacts, hand)
+            self._unbeaten[key] = self._proven(model, hand, modes, f_com, z / model.scale)
+        return self._unbeaten[key]
+
+    def _proven(self, model: Statics, hand: Hand, modes: Modes, f_com: Forces, z: float) -> bool:
+        passed: list[frozenset[int]] = []
+        failed: list[frozenset[int]] = []
+        for others in combinations(len(modes)):
+            position = frozenset(i for i, mode in enumerate(others) if mode is ControlMode.POSITION)
+            if any(position <= more for more in passed) or any(position >= f for f in failed):
+                continue
+            if self._remembered.excessive((hand, position), model, position):
+                failed.append(position)
+                continue
+            passed.append(position)
+            tried = f_com if others == modes else self._guess.get((hand, others))
+            found = None if tried is None else self._margins(model, hand, others, tried)
+            if found is not None and bound(model, _force(others), found) <= z:
+                continue
+            best = stability(model, others)
+            if not best.z <= z:
+                return False
+            if len(best.f_com):
+                self._guess[hand, others] = tuple((best.f_com * model.scale).tolist())
+        return True
+
+    def _model(self, contacts: ContactState, hand: Hand) -> Statics:
+        """Return Sec. 2.2's matrices; the last are kept: one instant is asked about thrice."""
+        key = (self._key(contacts), hand)
+        if self._last_model is None or self._last_model[0] != key:
+            self._last_model = (key, statics(self.problem.instant(contacts, *hand)))
+        return self._last_model[1]
+
+    def _margins(self, model: Statics, hand: Hand, modes: Modes, f_com: Forces) -> Margins | None:
+        """Return Problem (6) for a claimed f_com; the last answer is kept, likewise."""
+        last = self._last_margins
+        if last is None or last[0] is not model or last[1:3] != (modes, f_com):
+            commanded = np.array([f or 0.0 for f in f_com], dtype=np.float64) / model.scale
+            key, force = (hand, modes), _force(modes)
+            found = self._remembered.margins(key, model, force, commanded)
+            self._last_margins = last = (model, modes, f_com, found)
+        return last[3]
 
     def internal_force(
         self, contacts: ContactState, fingers: Fingers, rows: Placements, modes: Modes
@@ -136,9 +207,11 @@ class Referee:
         """Whether Problem (5) finds excessive internal force with these modes."""
         key = (self._key(contacts), fingers, rows, modes)
         if key not in self._internal:
-            model = statics(self.problem.instant(contacts, fingers, rows))
-            position = [i for i, mode in enumerate(modes) if mode is ControlMode.POSITION]
-            self._internal[key] = excessive_internal_force(model, position).excessive
+            model = self._model(contacts, (fingers, rows))
+            position = frozenset(i for i, mode in enumerate(modes) if mode is ControlMode.POSITION)
+            self._internal[key] = self._remembered.excessive(
+                ((fingers, rows), position), model, position
+            )
         return self._internal[key]
 
     def _key(self, contacts: ContactState) -> tuple[bytes, ...]:
@@ -150,3 +223,7 @@ class Referee:
         )
         # Adding zero turns -0.0 into 0.0, whose bytes differ.
         return tuple((np.round(array / SAME_STATE) + 0.0).tobytes() for array in arrays)
+
+
+def _force(modes: Modes) -> BoolArray:
+    return np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)

@@ -14,7 +14,8 @@ class Tolerances:
             rounding of s = k / n, far below any lattice step.
         length: of positions and contact points, relative to D.
         direction: of unit vectors and quaternions, absolute.
-        count: of lattice steps spanned, before rounding up.
+        count: of lattice steps spanned, before rounding up; a planner may allow less.
+        rounding: of the same; no planner counts a step for so little.
         z: of margins, relative to max(z, z_floor M g): what two LP solvers agree to.
         z_floor: see ``z``.
         z_min: by how much z may miss z_min, relative.
@@ -27,6 +28,7 @@ class Tolerances:
     length: float = 1e-9
     direction: float = 1e-9
     count: float = 1e-6
+    rounding: float = 1e-8
     z: float = 1e-6
     z_floor: float = 1e-3
     z_min: float = 1e-6

@@ -1,1 +1,1 @@
-"""Why there is no plan, or none with given placements."""
+"""Why there is no plan on the lattice, or none with given placements, and what would help."""

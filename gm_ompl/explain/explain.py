@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import final
 
 import numpy as np
 
 from gm_ompl.explain import remedies
+from gm_ompl.explain.attempts import finer, sampled, search
+from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.lanes import first_failure, names, progress, whole_lane
 from gm_ompl.explain.regions import Region, whole_region
 from gm_ompl.explain.surveys import Scored, sets_at, survey
+from gm_ompl.explain.touching import contacts_at
 from gm_ompl.explain.values import (
-    SEARCH_SECONDS,
+    SECONDS,
+    Attempt,
+    ContactLine,
     Explanation,
     InstantLine,
     Remedy,
@@ -24,8 +29,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.planners.planner import Budget, Status
-from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
 
@@ -33,8 +37,10 @@ SAMPLES = 300
 """Sets of placements judged per survey."""
 PLANAR_SAMPLES = 12
 """The same in the plane, where each set has a whole region."""
-REMEDY_SECONDS = 8.0
-"""What each search with a changed scenario may take."""
+SURVEYS_ALONE = 10.0
+"""What the surveys may take where no time is given for searches [s]."""
+SAMPLER_SECONDS = 3.0
+"""What a sampler may take: what it finds it mostly finds at once."""
 
 
 def explain(
@@ -44,7 +50,7 @@ def explain(
     *,
     samples: int | None = None,
     seed: int = 0,
-    search_seconds: float = SEARCH_SECONDS,
+    seconds: float = SECONDS,
 ) -> Explanation:
     """Explain a scenario.
 
@@ -54,26 +60,27 @@ def explain(
         placements: per finger, rows of the placement table; None for many sets.
         samples: sets judged per survey; more sets than that are sampled.
         seed: of the sampling.
-        search_seconds: time limit of the search that says whether there is a plan; 0 for none.
+        seconds: what all of it may take, up to one step of each part; 0 for no searches.
 
     Raises:
         InputError: the start or the goal is off the lattice.
+        KeyboardInterrupt: it was interrupted.
     """
-    return _Explaining(scenario, samples, seed, search_seconds).run(at, placements)
+    return _Explaining(scenario, samples, seed, seconds).run(at, placements)
 
 
 @final
 class _Explaining:
-    def __init__(
-        self, scenario: Scenario, samples: int | None, seed: int, search_seconds: float
-    ) -> None:
+    def __init__(self, scenario: Scenario, samples: int | None, seed: int, seconds: float) -> None:
         self._scenario, self._problem = scenario, scenario.problem
         self._judge = Judge(self._problem, make_backend(self._problem))
-        self._explainer = Explainer(self._problem, self._judge)
+        self._searching, self._seed = seconds > 0.0, seed
+        self._deadline = Deadline(seconds if self._searching else SURVEYS_ALONE)
+        self._part = self._deadline
+        self._explainer = Explainer(self._problem, self._judge, lambda: self._part.passed())
         self._on_path = self._problem.motion.dimension == 1
         self._samples = samples or (SAMPLES if self._on_path else PLANAR_SAMPLES)
         self._rng = np.random.default_rng(seed)
-        self._seconds = search_seconds
 
     def run(self, at: Coordinates | None, placements: Placements | None) -> Explanation:
         if at is not None and placements is not None:
@@ -105,7 +112,7 @@ class _Explaining:
             verdict = f"these placements at this point: {moving[0].finding.value}"
         else:
             verdict = f"these placements hold here in {good} of {len(moving)} directions of motion"
-        return self._made(verdict, instants=lines)
+        return self._made(verdict, instants=lines, contacts=self._contacts(at))
 
     def _line(self, placements: Placements) -> SetLine:
         whole = whole_lane if self._on_path else whole_region
@@ -117,22 +124,37 @@ class _Explaining:
             return self._made("these placements hold from start to goal", placements=line)
         failure = line.forward or line.backward
         why = "the goal is not reached" if failure is None else failure.finding.value
+        if line.cut_short:
+            why = "the goal was not reached in the time or among the nodes visited"
         return self._made(
-            f"these placements do not hold from start to goal: {why}",
+            f"these placements {'are not known to' if line.cut_short else 'do not'} hold from "
+            f"start to goal: {why}",
             placements=line,
-            remedies=tuple(remedies.for_placements(self._problem, placements, line)),
+            remedies=self._for_placements(placements, line),
         )
+
+    def _for_placements(self, placements: Placements, line: SetLine) -> tuple[Remedy, ...]:
+        if not self._searching:
+            return ()
+        tried = remedies.for_placements(self._problem, placements, line, self._deadline)
+        return tuple(tried)
+
+    def _contacts(self, at: Coordinates) -> tuple[ContactLine, ...]:
+        return contacts_at(self._problem, at, self._directions(at))
 
     def _at(self, at: Coordinates) -> Explanation:
         none = (None,) * self._problem.fingers.count
         sets, possible = sets_at(self._problem, self._judge, at, none, self._samples, self._rng)
-        scored = [self._score_at(at, placements) for placements in sets]
-        found = survey(self._problem, "at", possible, scored, lambda p: self._line_at(at, p))
+        scored = self._scored(sets, lambda placements: self._score_at(at, placements))
+        found = survey(
+            self._problem, "at", possible, scored, lambda p: self._line_at(at, p),
+            self._part.passed,
+        )  # fmt: skip
         if possible == 0:
             verdict = "no set of placements is geometrically possible here"
         else:
             verdict = f"{found.holding} of {found.judged} sets of placements judged here hold"
-        return self._made(verdict, surveys=(found,))
+        return self._made(verdict, surveys=(found,), contacts=self._contacts(at))
 
     def _best_at(self, at: Coordinates, placements: Placements) -> InstantLine:
         """Return the direction of motion with the largest margin."""
@@ -151,37 +173,70 @@ class _Explaining:
     def _line_at(self, at: Coordinates, placements: Placements) -> SetLine:
         line = self._best_at(at, placements)
         holds = line.finding.name == "HOLDS"
-        return SetLine(names(self._problem, placements), holds, line, None, ratio=line.ratio)
+        return SetLine(
+            names(self._problem, placements), holds, None if holds else line, None, ratio=line.ratio
+        )
 
     def _everywhere(self) -> Explanation:
-        search = self._search()
-        surveys = (self._survey(backwards=False), self._survey(backwards=True))
+        status = self._search()
+        open_ = status not in (None, Status.SOLVED)
+        attempts = self._attempts(status) if status is not None and open_ else ()
+        share = 0.25 if open_ else 0.45
+        surveys = (self._survey(False, share), self._survey(True, share))
         tried: tuple[Remedy, ...] = ()
-        if search is not None and search is not Status.SOLVED:
-            tried = tuple(remedies.for_scenario(self._scenario, REMEDY_SECONDS))
+        blocked = any(found.possible == 0 for found in surveys)
+        if status is not None and open_ and not blocked:
+            elsewhere = attempts[0].status == Status.SOLVED.value if attempts else False
+            tried = tuple(
+                remedies.for_scenario(
+                    self._scenario, self._deadline, status, off_lattice=not elsewhere
+                )
+            )
         return self._made(
-            _sentence(search, surveys),
-            search=None if search is None else search.sentence,
+            _sentence(status, attempts, surveys),
+            search=None if status is None else status.sentence,
+            attempts=attempts,
             surveys=surveys,
             remedies=tried,
         )
 
     def _search(self) -> Status | None:
-        if self._seconds <= 0:
+        if not self._searching:
             return None
-        planner, budget = make_planner("astar"), Budget(time_limit=self._seconds)
-        return planner.solve(self._problem, self._judge, budget, self._rng).status
+        return search(self._problem, self._deadline.part(0.3, SECONDS).left())
 
-    def _survey(self, backwards: bool) -> Survey:
+    def _attempts(self, lattice: Status) -> tuple[Attempt, ...]:
+        if not self._problem.fingers.count:
+            return ()  # samplers draw placements
+        seconds = self._deadline.part(0.2, SAMPLER_SECONDS).left()
+        found = [sampled(self._problem, lattice, seconds, self._seed)]
+        if lattice is Status.INFEASIBLE and found[0].status != Status.INFEASIBLE.value:
+            closer = finer(self._scenario, self._deadline.part(0.2, SECONDS).left())
+            found += [] if closer is None else [closer]
+        return tuple(found)
+
+    def _survey(self, backwards: bool, share: float) -> Survey:
         problem, judge = self._problem, self._judge
+        self._part = self._deadline.part(share, SURVEYS_ALONE)
         hand, end = problem.fingers, problem.start
         if backwards:
             end = problem.lattice.coordinates(GoalNodes(problem).nodes[0])
         required = hand.goal if backwards else hand.start
         sets, possible = sets_at(problem, judge, end, required, self._samples, self._rng)
-        scored = [self._score(placements, backwards) for placements in sets]
+        scored = self._scored(sets, lambda placements: self._score(placements, backwards))
         where = "goal" if backwards else "start"
-        return survey(problem, where, possible, scored, self._line)
+        return survey(problem, where, possible, scored, self._line, self._part.passed)
+
+    def _scored(
+        self, sets: Sequence[Placements], score: Callable[[Placements], Scored]
+    ) -> list[Scored]:
+        """Return the scores of as many sets as there is time for, at least of one."""
+        half, scored = self._part.part(0.6, SURVEYS_ALONE), list[Scored]()
+        for placements in sets:
+            if scored and half.passed():
+                break
+            scored.append(score(placements))
+        return scored
 
     def _score(self, placements: Placements, backwards: bool) -> Scored:
         if not self._on_path:
@@ -196,12 +251,12 @@ class _Explaining:
         return placements, line.finding, line.ratio, far
 
 
-def _sentence(search: Status | None, surveys: Sequence[Survey]) -> str:
+def _sentence(search: Status | None, attempts: Sequence[Attempt], surveys: Sequence[Survey]) -> str:
     if search is Status.SOLVED:
-        return "there is a plan"
+        return "there is a plan on the lattice"
     found = "whether there is a plan was not searched" if search is None else search.sentence
-    if surveys[0].possible == 0:
-        return f"{found}; no set of placements is geometrically possible at the start"
-    if surveys[1].possible == 0:
-        return f"{found}; no set of placements is geometrically possible at the goal"
-    return found
+    for end, where in zip(surveys, ("start", "goal"), strict=True):
+        if end.possible == 0:
+            return f"{found}; no set of placements is geometrically possible at the {where}"
+    elsewhere = [attempt for attempt in attempts if attempt.status == Status.SOLVED.value]
+    return f"{found}, but there is one elsewhere" if elsewhere else found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import final
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
@@ -26,10 +27,13 @@ class Explainer:
     Args:
         problem: the problem.
         judge: its judge.
+        stop: asked between instants where there are many; True ends the work early.
     """
 
-    def __init__(self, problem: Problem, judge: Judge) -> None:
-        self.problem, self.judge = problem, judge
+    def __init__(
+        self, problem: Problem, judge: Judge, stop: Callable[[], bool] = lambda: False
+    ) -> None:
+        self.problem, self.judge, self.stop = problem, judge, stop
         self._blame = Blame(problem)
 
     def verdict(

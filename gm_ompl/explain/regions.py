@@ -33,7 +33,7 @@ class Region:
         nodes: those visited.
         blocked: the failing instant nearest to the other end; None where nothing failed.
         arrived: whether the other end was reached.
-        cut_short: whether the visit stopped at ``NODES``.
+        cut_short: whether the visit stopped at ``NODES``, or was stopped.
     """
 
     def __init__(self, explainer: Explainer, placements: Placements, backwards: bool) -> None:
@@ -46,7 +46,7 @@ class Region:
         self._failure: tuple[float, Coordinates, Coordinates, Verdict] | None = None
         self.nodes = self._valid(sources)
         queue = deque(self.nodes)
-        while queue and len(self.nodes) < NODES:
+        while queue and len(self.nodes) < NODES and not explainer.stop():
             for node in self._next(queue.popleft()):
                 if node not in self.nodes:
                     self.nodes.add(node)
@@ -139,4 +139,5 @@ def whole_region(explainer: Explainer, placements: Placements) -> SetLine:
         ratio=min(ratios, default=None),
         nodes_from_start=len(ahead.nodes),
         nodes_to_goal=len(back.nodes),
+        cut_short=ahead.cut_short and not ahead.arrived,
     )

@@ -34,7 +34,10 @@ def sets_at(
     samples: int,
     rng: np.random.Generator,
 ) -> tuple[list[Placements], int | None]:
-    """Return at most ``samples`` sets valid at ``q``, and how many there are (None: unknown)."""
+    """Return at most ``samples`` sets valid at ``q``, and how many there are (None: unknown).
+
+    They come in random order, so that the first of them are a sample, too.
+    """
     geometry = judge.node(problem.motion.pose(q))
     if not geometry.object_free:
         return [], 0
@@ -43,9 +46,10 @@ def sets_at(
     if listed is None:
         return _drawn(problem, judge, allowed, samples, rng), None
     if len(listed) > samples:
-        chosen = np.sort(rng.choice(len(listed), samples, replace=False))
-        return [tuple(listed[k].tolist()) for k in chosen], len(listed)
-    return [tuple(row) for row in listed.tolist()], len(listed)
+        listed, count = listed[rng.choice(len(listed), samples, replace=False)], len(listed)
+    else:
+        listed, count = listed[rng.permutation(len(listed))], len(listed)
+    return [tuple(row) for row in listed.tolist()], count
 
 
 def _drawn(
@@ -76,8 +80,18 @@ def survey(
     possible: int | None,
     scored: Sequence[Scored],
     describe: Callable[[Placements], SetLine],
+    stop: Callable[[], bool],
 ) -> Survey:
-    """Return the counts of judged sets and a description of those that came furthest."""
+    """Return the counts of judged sets and a description of those that came furthest.
+
+    Args:
+        problem: the problem.
+        where: "start", "goal" or "at".
+        possible: how many sets there are; None if too many to count.
+        scored: those that were judged.
+        describe: describes one in full.
+        stop: asked before each description but the first.
+    """
     table = problem.fingers.placements
     by_faces: dict[tuple[str, ...], list[Scored]] = {}
     for entry in scored:
@@ -95,6 +109,11 @@ def survey(
     ]
     faces.sort(key=lambda line: (-line.holding, -(line.ratio or 0.0), line.faces))
     nearest = sorted(scored, key=lambda entry: (-entry[3], -(entry[2] or 0.0), entry[0]))
+    closest: list[SetLine] = []
+    for placements, *_ in nearest[:CLOSEST]:
+        if closest and stop():
+            break
+        closest.append(describe(placements))
     return Survey(
         where=where,
         possible=possible,
@@ -103,7 +122,7 @@ def survey(
         holding=sum(finding is None for _, finding, _, _ in scored),
         findings=_counts(scored),
         faces=tuple(faces),
-        closest=tuple(describe(entry[0]) for entry in nearest[:CLOSEST]),
+        closest=tuple(closest),
     )
 
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from gm_ompl.feasibility.verdict import Finding
 
-SEARCH_SECONDS = 20.0
-"""What the search may take that says whether there is a plan at all."""
+SECONDS = 30.0
+"""What an explanation may take, its searches included."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,7 @@ class SetLine:
         lifts: at the last node before ``forward``, per finger, z / z_min of the others at rest.
         nodes_from_start: in the plane, nodes reached from the start without regrasping.
         nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
+        cut_short: in the plane, whether there may be more nodes: ``holds`` is not settled then.
     """
 
     placements: tuple[str, ...]
@@ -99,6 +100,7 @@ class SetLine:
     lifts: tuple[float | None, ...] = ()
     nodes_from_start: int | None = None
     nodes_to_goal: int | None = None
+    cut_short: bool = False
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,40 @@ class Remedy:
 
 
 @dataclass(frozen=True)
+class Attempt:
+    """A search that is not bound to the scenario's lattice.
+
+    Attributes:
+        kind: "sampler" or "finer lattice".
+        status: how it ended, as in plan files.
+        sentence: what follows from that.
+        change: of the scenario, as for ``--set``; None where it is as it was.
+    """
+
+    kind: str
+    status: str
+    sentence: str
+    change: str | None = None
+
+
+@dataclass(frozen=True)
+class ContactLine:
+    """A contact of the object with its environment at one instant.
+
+    Attributes:
+        against: what it touches.
+        point: world frame.
+        normal: unit, world frame, pointing into the object.
+        motion: per direction of motion ("+s", "-yaw", "rest"): "sticks", "slides" or "separates".
+    """
+
+    against: str
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    motion: dict[str, str]
+
+
+@dataclass(frozen=True)
 class Explanation:
     """Why there is no plan, or none through there.
 
@@ -168,7 +204,9 @@ class Explanation:
         scenario: its name.
         z_min: the threshold.
         verdict: one sentence.
-        search: how a search of limited time ended; None where none was asked.
+        search: how a search of limited time on the lattice ended; None where none was asked.
+        attempts: what a sampler and a finer lattice found, where the search found no plan.
+        contacts: the object's with its environment at the given coordinates.
         instants: the given placements at the given coordinates.
         placements: the given placements along the motion.
         surveys: over many sets, where no placements were given.
@@ -179,6 +217,8 @@ class Explanation:
     z_min: float
     verdict: str
     search: str | None = None
+    attempts: tuple[Attempt, ...] = ()
+    contacts: tuple[ContactLine, ...] = ()
     instants: tuple[InstantLine, ...] = ()
     placements: SetLine | None = None
     surveys: tuple[Survey, ...] = ()

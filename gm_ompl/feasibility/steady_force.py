@@ -22,7 +22,7 @@ ROUNDS = 40
 
 
 @dataclass(eq=False)
-class Command:
+class Undecided:
     """f_com at an instant (or at a run of equal ones), to be chosen.
 
     Attributes:
@@ -81,7 +81,7 @@ class Command:
         )
 
 
-def least_change(commands: Sequence[Command]) -> list[ModeDecision]:
+def least_change(commands: Sequence[Undecided]) -> list[ModeDecision]:
     """Choose f_com at every instant so that its total change is least."""
     best = [command.decision for command in commands]
     program = _Program(commands)
@@ -107,7 +107,7 @@ def least_change(commands: Sequence[Command]) -> list[ModeDecision]:
 class _Program:
     """min sum |change| over all f_com, under the cuts known so far."""
 
-    def __init__(self, commands: Sequence[Command]) -> None:
+    def __init__(self, commands: Sequence[Undecided]) -> None:
         self._commands = commands
         self._firsts = np.cumsum([0, *(len(command.forced) for command in commands)])
         self._limits = np.concatenate([command.limits for command in commands])

@@ -14,8 +14,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
-from gm_ompl.geometry.mass import volume
-from gm_ompl.geometry.solids import Body, ConvexPiece, hull
+from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
 
 MAX_DENTS = 256

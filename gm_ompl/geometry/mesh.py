@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError, did_you_mean
 from gm_ompl.geometry.triangles import TriangleMesh, checked
+from gm_ompl.reading import Kind, check_ordinary
 
 SUFFIXES = (".stl", ".obj", ".ply")
 """The formats that are read."""
@@ -16,11 +18,20 @@ SUFFIXES = (".stl", ".obj", ".ply")
 MAX_BYTES = 50 * 1024 * 1024
 """Larger files are refused unread: no mesh within ``MAX_FACES`` needs so much."""
 
+KIND = Kind(
+    "mesh", ", ".join(SUFFIXES), MAX_BYTES, GeometryError,
+    lambda _: "; the path counts from the scenario's folder",
+)  # fmt: skip
+
 MAX_FACES = 20_000
 """A mesh with more triangles is refused: plan files carry every one of them."""
 
 FARTHEST = 1e15
 """No coordinate lies farther out: volumes and moments must stay finite."""
+
+
+LARGE = 1e6
+"""Larger coordinates are shrunk to merge vertices: trimesh counts steps of 1e-8, in 64 bits."""
 
 
 def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
@@ -32,37 +43,22 @@ def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
         GeometryError: the file is missing or no mesh, or the mesh encloses no volume.
     """
     _check_file(path)
-    vertices, faces = _triangles(path)
-    vertices = vertices * scale
-    if not (np.abs(vertices) <= FARTHEST).all():
-        raise GeometryError(
-            f"{path}: a coordinate is no number, or beyond {FARTHEST:g} in the scenario's units "
-            "(scale counted in)"
-        )
-    return checked(vertices, faces)
+    return checked(*_triangles(path, scale))
 
 
 def _check_file(path: Path) -> None:
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix.lower(), SUFFIXES)
         raise GeometryError(f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}")
-    try:
-        if not path.is_file():
-            what = "is no ordinary file" if path.exists() else "no such file"
-            raise GeometryError(f"{path}: {what}; the path counts from the scenario's folder")
-        size = path.stat().st_size
-    except OSError as error:
-        raise GeometryError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if size > MAX_BYTES:
-        raise GeometryError(f"{path}: {size} bytes; a mesh has at most {MAX_BYTES // 2**20} MiB")
+    check_ordinary(path, KIND)
 
 
-def _triangles(path: Path) -> tuple[Array, IntArray]:
-    """Return vertices (v, 3) and triangles (t, 3), outward where that can be told."""
+def _triangles(path: Path, scale: float) -> tuple[Array, IntArray]:
+    """Return vertices (v, 3), scaled, and triangles (t, 3), outward where that can be told."""
     import trimesh  # heavy, and needed only where a scenario names a mesh file
 
     try:
-        mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), process=True)
+        mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), process=False)
     except ImportError:  # what is no text, trimesh would guess the encoding of
         kind = path.suffix[1:].upper()
         raise GeometryError(
@@ -80,7 +76,17 @@ def _triangles(path: Path) -> tuple[Array, IntArray]:
         raise GeometryError(
             f"{path}: {len(mesh.faces)} triangles; at most {MAX_FACES} are taken, simplify the mesh"
         )
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    farthest = float(np.abs(vertices).max())
+    if not farthest * scale <= FARTHEST:
+        raise GeometryError(
+            f"{path}: a coordinate is no number, or beyond {FARTHEST:g} in the scenario's units "
+            "(scale counted in)"
+        )
+    shrunk = 2.0 ** max(0, math.frexp(farthest / LARGE)[1])  # a power of two rounds nothing
+    mesh.vertices = vertices / shrunk
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     if not mesh.is_volume:
         mesh.fix_normals()
-    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    merged = np.asarray(mesh.vertices, dtype=np.float64) * shrunk * scale
+    return merged, np.asarray(mesh.faces, dtype=np.int64)

@@ -8,12 +8,58 @@ from typing import Literal
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
 from gm_ompl.errors import GeometryError, did_you_mean
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.triangles import PlanarFace
+
+
+@dataclass(frozen=True, eq=False)
+class PlacementTable:
+    """All discrete fingertip placements, object frame; a placement is its row number.
+
+    Attributes:
+        points: (P, 3), the contact point on the surface.
+        normals: (P, 3), unit, pointing into the object.
+        face: (P,), index into ``labels``.
+        cell: (P, 2), the grid cell on that face.
+        piece: (P,), the convex piece of the body that the face belongs to.
+        labels: the faces' names ("+x", ... for a box, "0", "1", ... for a hull).
+    """
+
+    points: Array
+    normals: Array
+    face: IntArray
+    cell: IntArray
+    piece: IntArray
+    labels: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
+        object.__setattr__(self, "normals", read_only(self.normals, (None, 3), "normals"))
+        for name in ("face", "cell", "piece"):
+            whole = np.array(getattr(self, name), dtype=np.int64)
+            whole.flags.writeable = False
+            object.__setattr__(self, name, whole)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def centres(self, radius: float) -> Array:
+        """Return the fingertip centres (P, 3), object frame: one radius out along the normal."""
+        outward: Array = self.points - radius * self.normals
+        return outward
+
+    def find(self, label: str, cell: Sequence[int]) -> int | None:
+        """Return the placement on face ``label`` at ``cell``, or None if there is none."""
+        if label not in self.labels:
+            return None
+        hits = np.flatnonzero(
+            (self.face == self.labels.index(label)) & (self.cell == np.asarray(cell)).all(axis=1)
+        )
+        return int(hits[0]) if len(hits) else None
+
 
 TIE = 1e-9
 """Relative difference below which two bounding rectangles have equal areas."""
@@ -65,12 +111,10 @@ def placements(
     if min(grid) < 1:
         raise GeometryError(f"a grid needs at least one cell each way, not {tuple(grid)}")
     labels = face_labels(body)
-    wanted = _wanted(labels, faces)
-    points, normals, face, cell, piece = [], [], [], [], []
-    for number, patch in enumerate(_faces_of(body)):
-        if number not in wanted:
-            continue
-        spots = _rectangle(patch.ring, patch.normal).cells(grid)
+    none = np.zeros(0, dtype=np.int64)
+    points, normals, face = [np.zeros((0, 3))], [np.zeros((0, 3))], [none]
+    cell, piece = [none.reshape(0, 2)], [none]
+    for number, patch, spots in _spots(body, grid, faces):
         kept = np.flatnonzero(_usable(body, patch, spots, margin))
         points.append(spots[kept])
         normals.append(np.tile(-patch.normal, (len(kept), 1)))
@@ -88,6 +132,31 @@ def placements(
     )
 
 
+def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]) -> float | None:
+    """Return the largest margin that leaves a placement; None where none is left without one.
+
+    Args:
+        body: the object, object frame.
+        grid: as for ``placements``.
+        faces: as for ``placements``.
+    """
+    found: list[float] = []
+    for _, patch, spots in _spots(body, grid, faces):
+        kept = spots[_usable(body, patch, spots, 0.0)]
+        found += patch.region().distance_to_rim(kept).tolist()
+    return max(found, default=None)
+
+
+def _spots(
+    body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]
+) -> Iterator[tuple[int, _Face, Array]]:
+    """Yield per wanted face its number, itself and its cells' centres (k, 3)."""
+    wanted = _wanted(face_labels(body), faces)
+    for number, patch in enumerate(_faces_of(body)):
+        if number in wanted:
+            yield number, patch, _rectangle(patch.ring, patch.normal).cells(grid)
+
+
 def face_areas(body: Body) -> Array:
     """Return the area of every face of the body, in the order of ``face_labels``, (f,)."""
     return np.array([patch.region().area for patch in _faces_of(body)])
@@ -99,14 +168,6 @@ def face_labels(body: Body) -> tuple[str, ...]:
         return body.pieces[0].labels
     count = len(body.surface) or sum(len(piece.faces) for piece in body.pieces)
     return tuple(str(k) for k in range(count))
-
-
-def bounding_rectangle(piece: ConvexPiece, face: int) -> Rectangle:
-    """Return the rectangle of least area around a face with a side along one of its edges.
-
-    Among equal areas the one whose first side is closest to x wins, then y, then z.
-    """
-    return _rectangle(piece.vertices[list(piece.faces[face])], piece.face_normals[face])
 
 
 def _rectangle(corners: Array, normal: Array) -> Rectangle:

@@ -93,10 +93,11 @@ class PlanarFace:
             heights = points @ inward.T - np.einsum("ij,ij->i", inward, corners)
             on |= heights.min(axis=1) >= -slack
         if margin > 0.0:
-            on &= self._distance_to_rim(points) >= margin - slack
+            on &= self.distance_to_rim(points) >= margin - slack
         return on
 
-    def _distance_to_rim(self, points: Array) -> Array:
+    def distance_to_rim(self, points: Array) -> Array:
+        """Return how far points (k, 3) of its plane are from its rim and holes, (k,)."""
         nearest = np.full(len(points), np.inf)
         for tail, head in self.rim:
             along = head - tail

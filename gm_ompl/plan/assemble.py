@@ -55,14 +55,17 @@ def assemble(
             infinite numbers become None.
         seed: the random seed.
         parameters: the planner's parameters.
-        optimal: whether the plan is proven optimal.
-        lower_bound: no plan is cheaper; None or infinite where no number can be given.
+        optimal: whether the plan is proven optimal on the lattice.
+        lower_bound: no plan is cheaper; None or infinite where no number can be given. Rounding
+            above the cost is taken back.
 
     Raises:
         pydantic.ValidationError: ``statistics`` or ``parameters`` cannot be stored as JSON.
     """
     steps = tuple(_step(problem, move) for move in moves)
-    known = status == "solved" or bool(steps)
+    cost = math.fsum(step.cost for step in steps) if status == "solved" or steps else None
+    if cost is not None and lower_bound is not None:
+        lower_bound = min(lower_bound, cost)
     return Plan(
         format=FORMAT,
         status=status,
@@ -70,9 +73,9 @@ def assemble(
         seed=seed,
         parameters=dict(parameters or {}),
         optimal=optimal,
-        cost=math.fsum(step.cost for step in steps) if known else None,
+        cost=cost,
         lower_bound=_finite(lower_bound),
-        regrasps=sum(step.kind == "regrasp" for step in steps) if known else None,
+        regrasps=None if cost is None else sum(step.kind == "regrasp" for step in steps),
         scenario=dict(scenario),
         statistics=_statistics(statistics),
         steps=steps,

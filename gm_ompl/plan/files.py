@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from gm_ompl.errors import PlanFileError, did_you_mean
+from gm_ompl.errors import InputError, PlanFileError, did_you_mean
+from gm_ompl.plan.places import key_path, where
+from gm_ompl.reading import Kind, is_text, one_line, read_text, refuse_other
+from gm_ompl.scenario.load import shipped
+from gm_ompl.writing import write_text
 
-MAX_BYTES = 512 * 2**20  # far above any plan; keeps a wrong file from filling the memory
+MAX_BYTES = 32 * 2**20  # far above any plan; keeps a wrong file from filling the memory
+MAX_VALUES = 2_000_000  # likewise: ten thousand steps have less than half of them
+BEGINNING = 200  # of every list and object; where a large file has mistakes there, they will do
+MAX_DEPTH = 60  # a scenario inside a plan has less than ten
 LINE_WIDTH = 110  # values that fit are written on one line
 MAX_SHOWN = 20  # mistakes reported at once
 
@@ -69,24 +75,19 @@ def write(path: Path, text: str) -> None:
     Raises:
         PlanFileError: the file cannot be written.
     """
-    temporary: str | None = None
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-        raise PlanFileError(f"{path}: cannot be written: {error.strerror or error}") from error
+        write_text(path, text)
+    except InputError as error:
+        raise PlanFileError(str(error)) from error
 
 
-def _umask() -> int:
-    """Return the process's umask (the system offers no way to read it without setting it)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask
+def _hint(path: Path) -> str:
+    if str(path) in shipped():
+        return f"; `gm-ompl plan {path} -o PLAN.json` makes a plan of the scenario of that name"
+    return "; `gm-ompl plan SCENARIO -o PLAN.json` makes one"
+
+
+KIND = Kind("plan", "JSON, as `gm-ompl plan -o` writes it", MAX_BYTES, PlanFileError, _hint)
 
 
 def read(path: Path, model: type[_Model], format_name: str) -> _Model:
@@ -95,52 +96,39 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     Raises:
         PlanFileError: every mistake on its own line, with file, line, key, value and remedy.
     """
-    text = _text(path)
+    text = read_text(path, KIND)
     data = _syntax(path, text)
     if not isinstance(data, dict):
         raise PlanFileError(f"{path}:1: not a plan: the file must hold one JSON object")
     if data.get("format") != format_name:
+        refuse_other(one_line(str(path)), data.get("format"), KIND)
         raise PlanFileError(
-            f"{_where(path, text, ('format',))}: {_other_format(data, format_name)}"
+            f"{where(path, text, ('format',))}: {_other_format(data.get('format'), format_name)}"
         )
-    mistakes = [
-        f"{_where(path, text, place)}: {value}: must be a finite number"
-        for place, value in _not_finite(data, ())
-    ]
+    found = list(_unusable(path, data))
     try:
-        if not mistakes:
+        if not found:
+            if len(text) > 2**17:  # pydantic would list every mistake there is, a kilobyte each
+                beginning = json.dumps(_beginning(data))
+                model.model_validate_json(beginning, by_alias=True, by_name=False)
             return model.model_validate_json(text, by_alias=True, by_name=False)
     except ValidationError as error:
-        mistakes = _mistakes(path, text, data, error)
-    if len(mistakes) > MAX_SHOWN:
-        mistakes[MAX_SHOWN:] = [f"{path}: and {len(mistakes) - MAX_SHOWN} more mistakes"]
-    raise PlanFileError("\n".join(mistakes))
+        found = _mistakes(data, error)
+    lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in found[:MAX_SHOWN]]
+    if len(found) > MAX_SHOWN:
+        lines.append(f"{path}: and {len(found) - MAX_SHOWN} more mistakes")
+    raise PlanFileError("\n".join(map(one_line, lines)))
 
 
-def _other_format(data: dict[str, Any], format_name: str) -> str:
-    given = data.get("format")
+def _other_format(given: object, format_name: str) -> str:
     if given == OLD_FORMAT:
         return (
             f'"{given}": an older format, without the arcs along which the object moves; this '
             f'version reads "{format_name}": plan again (the scenario is in the file)'
         )
-    return f'{json.dumps(given)}: not a plan; a plan file says "format": "{format_name}"'
-
-
-def _text(path: Path) -> str:
-    try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise PlanFileError(
-                f"{path}: {size} bytes; plan files of up to {MAX_BYTES} bytes are read"
-            )
-        return path.read_bytes().decode("utf-8")
-    except OSError as error:
-        raise PlanFileError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise PlanFileError(
-            f"{path}: byte {error.start}: not a text file in UTF-8; a plan file is JSON"
-        ) from error
+    return (
+        f'{_shown(given)}: not a plan that can be read; a plan file says "format": "{format_name}"'
+    )
 
 
 class _DuplicateKeyError(ValueError):
@@ -171,13 +159,43 @@ def _syntax(path: Path, text: str) -> Any:
         ) from error
 
 
-def _not_finite(value: Any, place: _Path) -> Iterator[tuple[_Path, float]]:
-    """Yield the place of every NaN and infinity: no JSON, but Python reads and 1e999 makes them."""
-    if isinstance(value, float) and not math.isfinite(value):
-        yield place, value
-    items = value.items() if isinstance(value, dict) else ()
-    for key, item in enumerate(value) if isinstance(value, list) else items:
-        yield from _not_finite(item, (*place, key))
+def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
+    """Yield the values that are no JSON although Python reads them, and what is wrong with each.
+
+    Raises:
+        PlanFileError: there are too many values, or they are nested too deeply.
+    """
+    waiting: list[tuple[_Path, Any]] = [((), data)]
+    for _ in range(MAX_VALUES):
+        if not waiting:
+            return
+        place, value = waiting.pop()
+        if len(place) > MAX_DEPTH:
+            raise PlanFileError(f"{path}: not a plan: nested too deeply, {key_path(place[:3])} ...")
+        if isinstance(value, float) and not math.isfinite(value):
+            yield place, f"{value}: must be a finite number"
+        elif isinstance(value, str) and not is_text(value):
+            yield place, f"{_shown(value)}: must be text; half of a surrogate pair is none"
+        elif isinstance(value, dict):
+            if not all(map(is_text, value)):
+                yield place, "a key must be text; half of a surrogate pair is none"
+                continue
+            waiting.extend(((*place, key), value[key]) for key in reversed(value))
+        elif isinstance(value, list):
+            waiting.extend(((*place, i), value[i]) for i in reversed(range(len(value))))
+    raise PlanFileError(f"{path}: not a plan: more than {MAX_VALUES} values")
+
+
+def _beginning(value: Any) -> Any:
+    """Return ``value`` with the first entries of every list and object alone."""
+    if isinstance(value, dict):
+        return {key: _beginning(value[key]) for key in itertools.islice(value, BEGINNING)}
+    return [_beginning(item) for item in value[:BEGINNING]] if isinstance(value, list) else value
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 _REMEDIES = {
@@ -199,29 +217,22 @@ _REMEDIES = {
 }
 
 
-def _mistakes(path: Path, text: str, data: Any, error: ValidationError) -> list[str]:
-    """Return one line per mistake that pydantic found."""
+def _mistakes(data: Any, error: ValidationError) -> list[tuple[_Path, str]]:
+    """Return the place of every mistake that pydantic found, and what is wrong there."""
     found = [(_place(data, e["loc"]), e) for e in error.errors(include_url=False)]
-    missing = [place for place, e in found if e["type"] == "missing"]
-    lines = []
+    missing = [place for place, e in found[:MAX_SHOWN] if e["type"] == "missing"]
+    mistakes = []
     for place, e in found:
-        where = _where(path, text, place)
         if e["type"] == "missing":
-            lines.append(f"{where}: {_REMEDIES['missing']}")
+            wrong = _REMEDIES["missing"]
         elif e["type"] == "extra_forbidden":
             beside = [str(other[-1]) for other in missing if other[:-1] == place[:-1]]
-            lines.append(f"{where}: unknown key{did_you_mean(str(place[-1]), beside)}; remove it")
+            wrong = f"unknown key{did_you_mean(str(place[-1]), beside)}; remove it"
         else:
-            value = json.dumps(e["input"], default=str)
-            value = value if len(value) <= 60 else value[:57] + "..."
             remedy = _REMEDIES.get(e["type"], str(e["msg"])).format(**e.get("ctx", {}))
-            lines.append(f"{where}: {value}: {remedy}")
-    return lines
-
-
-def _where(path: Path, text: str, place: _Path) -> str:
-    line = text.count("\n", 0, locate(text, place)) + 1
-    return f"{path}:{line}: {key_path(place)}"
+            wrong = f"{_shown(e['input'])}: {remedy}"
+        mistakes.append((place, wrong))
+    return mistakes
 
 
 def _place(data: Any, loc: Sequence[int | str]) -> _Path:
@@ -235,44 +246,3 @@ def _place(data: Any, loc: Sequence[int | str]) -> _Path:
         inside = inside or (isinstance(data, list) and isinstance(part, int) and part < len(data))
         data = data[part] if inside else None
     return tuple(place)
-
-
-def key_path(place: Sequence[int | str]) -> str:
-    """Return ``steps[3].cost`` for ("steps", 3, "cost")."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
-    return text.lstrip(".") or "(top level)"
-
-
-_BLANK = " \t\r\n"
-
-
-def locate(text: str, place: Sequence[int | str]) -> int:
-    """Return where in the valid JSON ``text`` the value at ``place`` begins.
-
-    A part of ``place`` that is not there ends the walk at what holds it.
-    """
-    decoder = json.JSONDecoder()
-    at = _skip(text, 0)
-    for part in place:
-        inner, index = _skip(text, at + 1), 0
-        while text[inner] not in "]}":
-            key: int | str = index
-            if text[at] == "{":
-                key, inner = decoder.raw_decode(text, inner)
-                inner = _skip(text, _skip(text, inner) + 1)  # over the colon
-            if key == part:
-                break
-            _, inner = decoder.raw_decode(text, inner)
-            inner = _skip(text, inner)
-            inner = _skip(text, inner + 1) if text[inner] == "," else inner
-            index += 1
-        else:
-            return at
-        at = inner
-    return at
-
-
-def _skip(text: str, at: int) -> int:
-    while text[at] in _BLANK:
-        at += 1
-    return at

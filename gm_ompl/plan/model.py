@@ -146,7 +146,7 @@ class Plan(Record):
         planner: the planner's name.
         seed: the random seed.
         parameters: the planner's parameters.
-        optimal: whether ``cost`` is proven to be within 1e-6 (relative) of the optimum.
+        optimal: whether ``cost`` is proven to be within 1e-6 (relative) of the lattice's optimum.
         cost: the sum of the steps' costs; None without a plan.
         lower_bound: no plan on the lattice is cheaper; None where nothing is known.
         regrasps: number of regrasping steps; None without a plan.
@@ -178,6 +178,19 @@ class Plan(Record):
     def has_plan(self) -> bool:
         """Whether there is a plan: solved, or interrupted with one in hand."""
         return self.status == "solved" or (self.status == "interrupted" and self.cost is not None)
+
+    @property
+    def segments(self) -> tuple[SegmentRecord, ...]:
+        """The segments of all displacements, in order."""
+        return tuple(
+            part for step in self.steps if step.kind == "displacement" for part in step.segments
+        )
+
+    @property
+    def least_z(self) -> float | None:
+        """The smallest stability margin; None without a plan."""
+        rests = (step.z for step in self.steps if step.kind == "regrasp")
+        return min((*rests, *(part.z for part in self.segments)), default=None)
 
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""

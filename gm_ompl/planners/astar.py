@@ -1,7 +1,7 @@
 """Best-first search with lazily judged arcs; it knows nothing of hands.
 
-The virtual start and goal nodes of Sec. 4.2 are implicit: ``Graph.sources`` are the arcs from the
-one, ``Graph.is_goal`` tells the arcs to the other.
+The virtual start and goal nodes of Sec. 4.2 are implicit: ``LazyGraph.sources`` are the arcs from
+the one, ``LazyGraph.is_goal`` tells the arcs to the other.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias, final
 
-from gm_ompl.planners.planner import Meter, Status
+from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.planner import Status
 
 START: Final = -1
 """The virtual start node."""
@@ -31,11 +32,8 @@ head = tail stands for the node's late arcs, START for the sources still to come
 Told: TypeAlias = Callable[[int, float, float, bool], None]
 """Called with (node, cost of getting there, bound, whether it was expanded before)."""
 
-HistoryRow: TypeAlias = tuple[float, float | None, float]
-"""(time, cost of the best path or None, lower bound)."""
 
-
-class Graph(Protocol):
+class LazyGraph(Protocol):
     """A directed graph with costs >= 0; nodes are numbers >= 0."""
 
     def sources(self) -> Iterator[tuple[float, int]]:
@@ -74,7 +72,6 @@ class Found:
         lower_bound: no path is cheaper.
         expanded: nodes expanded, those opened again included.
         generated: entries put on the open list.
-        history: how cost and bound developed.
     """
 
     status: Status
@@ -83,12 +80,11 @@ class Found:
     lower_bound: float
     expanded: int
     generated: int
-    history: tuple[HistoryRow, ...]
 
 
 @final
 class BestFirstSearch:
-    """A* over a ``Graph``.
+    """A* over a ``LazyGraph``.
 
     An arc enters the open list with a lower bound on its cost. At the front it is re-evaluated,
     goes back if its bound has grown, and is judged only if it stays in front. Nodes are opened
@@ -97,25 +93,17 @@ class BestFirstSearch:
 
     Args:
         graph: what to search.
-        meter: the running budget.
-        observe: called with this search whenever a progress event is due.
+        log: told of the progress; its budget is spent.
         expand: told of every expansion: node, cost of getting there, bound, whether a second one.
 
     Attributes:
         expanded: nodes expanded so far.
         generated: entries put on the open list so far.
         bound: no path is cheaper.
-        history: how cost and bound developed so far.
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        meter: Meter,
-        observe: Callable[[BestFirstSearch], None],
-        expand: Told | None = None,
-    ) -> None:
-        self._graph, self._meter, self._observe, self._told = graph, meter, observe, expand
+    def __init__(self, graph: LazyGraph, log: Log, expand: Told | None = None) -> None:
+        self._graph, self._log, self._told = graph, log, expand
         self._sources = graph.sources()
         self._open: list[Entry] = []
         self._order = 0
@@ -123,20 +111,13 @@ class BestFirstSearch:
         self._parent: dict[int, int] = {}
         self._tentative: dict[int, float] = {}
         self._best = (math.inf, START)  # one value: an interrupt finds both halves or neither
-        self._next_event = 0.0
         self.expanded = self.generated = 0
         self.bound = 0.0
-        self.history: list[HistoryRow] = []
 
     @property
     def cost(self) -> float:
         """Cost of the best path known; +inf while there is none."""
         return self._best[0]
-
-    @property
-    def waiting(self) -> int:
-        """Entries on the open list."""
-        return len(self._open)
 
     def run(self) -> Found:
         """Search until a path is proven optimal, none is left, or the budget is spent."""
@@ -152,16 +133,15 @@ class BestFirstSearch:
         self.bound = min(self.bound, self.cost)
         self._event()
         return Found(
-            status, self._path(), self.cost, self.bound, self.expanded, self.generated,
-            tuple(self.history),
+            status, self._path(), self.cost, self.bound, self.expanded, self.generated
         )  # fmt: skip
 
     def _loop(self) -> Status:
         while self._open:
             self.bound = max(self.bound, self._open[0][0])
-            if self._meter.spent(self.expanded):
+            if self._log.meter.spent(self.expanded):
                 return Status.BUDGET
-            if self._meter.elapsed() >= self._next_event:
+            if self._log.due():
                 self._event()
             f, _, head, tail, g, exact = heapq.heappop(self._open)
             if head == GOAL:
@@ -264,9 +244,4 @@ class BestFirstSearch:
         return tuple(reversed(nodes))
 
     def _event(self) -> None:
-        now = self._meter.elapsed()
-        # Ever rarer: a day's search tells its story in a few hundred events.
-        self._next_event = now + max(0.1, 0.02 * now)
-        cost = self.cost if self.cost < math.inf else None
-        self.history.append((now, cost, self.bound))
-        self._observe(self)
+        self._log.event(self.cost, self.bound, self.expanded, len(self._open))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from dataclasses import fields, replace
+from typing import Any, Final, TypeVar
 
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.sampling.anytime import AnytimeSettings
 from gm_ompl.sampling.explorer import ExplorerSettings
 from gm_ompl.sampling.improver import ImproverSettings
 from gm_ompl.sampling.tree import TreeSettings
+
+Settings = TypeVar("Settings")
 
 _TREE, _EXPLORER = TreeSettings(), ExplorerSettings()
 _IMPROVER, _ANYTIME = ImproverSettings(), AnytimeSettings()
@@ -89,12 +92,8 @@ IMPROVING: Final[tuple[Parameter, ...]] = (
         "Share of the improving iterations spent on routes other than the best.", 0.0, 1.0,
     ),
     Parameter(
-        "polish",
-        float,
-        _ANYTIME.polish,
-        "Share of the iterations that refine the best plan off its route's vertices.",
-        0.0,
-        1.0,
+        "polish", float, _ANYTIME.polish,
+        "Share of the iterations that refine the best plan off its route's vertices.", 0.0, 1.0,
     ),
     Parameter(
         "stall", int, _ANYTIME.stall,
@@ -112,33 +111,16 @@ IMPROVING: Final[tuple[Parameter, ...]] = (
 
 def exploring(values: Mapping[str, Any]) -> ExplorerSettings:
     """Return the explorer's settings from parameter values."""
-    tree = TreeSettings(
-        batch=values["batch"],
-        root_share=values["root_share"],
-        greed=values["greed"],
-        window=values["window"],
-        sidestep=values["sidestep"],
-    )
-    return ExplorerSettings(
-        tree=tree, lean=values["lean"], explore=values["explore"], detour=values["detour"]
-    )
+    return replace(_made(ExplorerSettings, values), tree=_made(TreeSettings, values))
 
 
 def improving(values: Mapping[str, Any]) -> AnytimeSettings:
     """Return the anytime search's settings from parameter values."""
-    improver = ImproverSettings(
-        near_best=values["near_best"],
-        near_any=values["near_any"],
-        drawn=values["drawn"],
-        joining=values["joining"],
-        tries=values["tries"],
-        sample=values["sample"],
-    )
-    return AnytimeSettings(
-        explorer=exploring(values),
-        improver=improver,
-        roam=values["roam"],
-        elsewhere=values["elsewhere"],
-        polish=values["polish"],
-        stall=values["stall"],
-    )
+    improver = _made(ImproverSettings, values)
+    return replace(_made(AnytimeSettings, values), explorer=exploring(values), improver=improver)
+
+
+def _made(kind: type[Settings], values: Mapping[str, Any]) -> Settings:
+    """Return settings of a kind, its fields from the parameters of the same names."""
+    names = {field.name for field in fields(kind)}  # type: ignore[arg-type]
+    return kind(**{name: value for name, value in values.items() if name in names})

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable
 from typing import Final, TypeAlias, final
 
 import numpy as np
@@ -22,7 +21,8 @@ from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.planners.lane_entries import Choices, Entry, Leg, legs
 from gm_ompl.planners.lane_sources import StartSets
-from gm_ompl.planners.planner import Meter, Status
+from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.planner import Status
 from gm_ompl.planners.trace import Expansion, Trace
 from gm_ompl.problem import Placements
 
@@ -47,7 +47,6 @@ class LaneSearch:
         expanded: lanes taken from the front of the open list.
         bound: no plan is cheaper.
         cost: of the best plan known, or +inf.
-        history: (time, cost or None, bound) now and then.
     """
 
     def __init__(
@@ -55,26 +54,18 @@ class LaneSearch:
         graph: LaneGraph,
         source: StartSets,
         start: int,
-        meter: Meter,
-        observe: Callable[[LaneSearch], None],
+        log: Log,
         trace: Trace | None = None,
     ) -> None:
         self._graph, self._source, self._start = graph, source, start
-        self._meter, self._observe, self._trace = meter, observe, trace
+        self._log, self._trace = log, trace
         self._open: list[tuple[float, int, Waiting]] = []
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
         self._best: tuple[Entry, int] | None = None
-        self._next_event = 0.0
         self._stale, self._patience = 0.0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
-        self.history: list[tuple[float, float | None, float]] = []
-
-    @property
-    def waiting(self) -> int:
-        """Length of the open list."""
-        return len(self._open)
 
     def run(self) -> Status:
         """Search until a plan is proven optimal, there is proven to be none, or no budget."""
@@ -97,9 +88,9 @@ class LaneSearch:
             self.bound = max(self.bound, min(f, self.cost))
             if f >= self.cost:
                 return Status.SOLVED
-            if self._meter.spent(self.expanded):
+            if self._log.meter.spent(self.expanded):
                 return Status.BUDGET
-            if self._meter.elapsed() >= self._next_event:
+            if self._log.due():
                 self._event()
             self._advance()
         if self._best is None:
@@ -265,9 +256,4 @@ class LaneSearch:
         return [] if self._best is None else legs(*self._best)
 
     def _event(self) -> None:
-        now = self._meter.elapsed()
-        # Ever rarer: a day's search tells its story in a few hundred events.
-        self._next_event = now + max(0.1, 0.02 * now)
-        cost = self.cost if self.cost < math.inf else None
-        self.history.append((now, cost, self.bound))
-        self._observe(self)
+        self._log.event(self.cost, self.bound, self.expanded, len(self._open))

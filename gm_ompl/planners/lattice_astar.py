@@ -9,16 +9,20 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.extraction import extract_moves
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
+from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.graph.sets import LIFTED
 from gm_ompl.graph.watch import Stop, Stopped
+from gm_ompl.moves import Move
 from gm_ompl.planners.astar import BestFirstSearch, Told
-from gm_ompl.planners.lane_planner import has_lanes, solve_on_lanes
-from gm_ompl.planners.outcome import observer, result_of, statistics_of, without_search
+from gm_ompl.planners.lane_search import LaneSearch
+from gm_ompl.planners.lane_sources import start_sets
+from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -31,7 +35,67 @@ from gm_ompl.planners.planner import (
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.planners.undecided import bounded
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Placements, Problem
+
+
+def has_lanes(problem: Problem, judge: Judge) -> bool:
+    """Whether the search over lanes applies: one coordinate, and a back end that leaves cuts."""
+    return (
+        problem.motion.dimension == 1
+        and problem.lattice.periods[0] is None
+        and problem.fingers.count > 0
+        and isinstance(judge.backend, KernelBackend)
+    )
+
+
+def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Report) -> SearchResult:
+    """Search for a plan of least cost; see ``Planner.solve``.
+
+    Raises:
+        InputError: the start or the goal is off the lattice.
+    """
+    log = Log(budget.start(), judge, report)
+    start, backend = start_node(problem), judge.backend
+    assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+    try:
+        graph = LaneGraph(problem, judge, backend, log.meter.spent)
+        source = start_sets(problem, judge, graph, start)
+    except KeyboardInterrupt:
+        return without_search(Status.INTERRUPTED, 0.0, log.meter)
+    except Stopped:
+        return without_search(Status.BUDGET, 0.0, log.meter)
+
+    search = LaneSearch(graph, source, start, log, tracer(report))
+    status = search.run()
+    moves = _moves(problem, judge, search.path())
+    statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
+    return result_of(status, search.cost, search.bound, moves, statistics)
+
+
+def _moves(
+    problem: Problem, judge: Judge, legs: list[tuple[Placements, int, int]]
+) -> tuple[Move, ...]:
+    """Return the moves of a plan given as legs: (placements, first node, last node)."""
+    if not legs:
+        return ()
+    graph = FeasibilityGraph(problem, judge, GoalNodes(problem), NoHeuristic(problem))
+    nodes: list[int] = []
+    for k, (placements, first, last) in enumerate(legs):
+        if k:
+            nodes.append(graph.node(first, _hub(graph, legs[k - 1][0], placements)))
+        step = 1 if last >= first else -1
+        nodes.extend(graph.node(c, placements) for c in range(first, last + step, step))
+    return extract_moves(problem, graph, nodes)
+
+
+def _hub(graph: FeasibilityGraph, before: Placements, after: Placements) -> Placements:
+    """Return the hub that two sets share."""
+    sets = graph.sets
+    lifted = {sets.replaced(before, k, LIFTED) for k in range(len(before))}
+    return next(
+        hub for hub in (sets.replaced(after, k, LIFTED) for k in range(len(after))) if hub in lifted
+    )
+
 
 MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...], Stop], Heuristic]
 """From problem, judge, the goal's valid lattice nodes (at least one) and what may break it off."""
@@ -45,28 +109,26 @@ def solve_on_lattice(
     Raises:
         InputError: the start or the goal is off the lattice.
     """
-    meter = budget.start()
-    decided = judge.mode_decisions
+    log = Log(budget.start(), judge, report)
     start_node(problem)
     goals = GoalNodes(problem)
     try:
-        valid = goals.reachable(problem, judge, meter.spent)
+        valid = goals.reachable(problem, judge, log.meter.spent)
         if not valid:
             # No set of placements fits the goal: nothing to search.
-            return without_search(Status.INFEASIBLE, math.inf, meter)
+            return without_search(Status.INFEASIBLE, math.inf, log.meter)
         graph = FeasibilityGraph(
-            problem, judge, goals, heuristic(problem, judge, valid, meter.spent)
+            problem, judge, goals, heuristic(problem, judge, valid, log.meter.spent)
         )
     except KeyboardInterrupt:
-        return without_search(Status.INTERRUPTED, 0.0, meter)
+        return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
-        return without_search(Status.BUDGET, 0.0, meter)
+        return without_search(Status.BUDGET, 0.0, log.meter)
 
     told = _told(problem, graph, tracer(report))
-    found = BestFirstSearch(graph, meter, observer(meter, judge, report), told).run()
+    found = BestFirstSearch(graph, log, told).run()
     moves = extract_moves(problem, graph, found.path) if found.path else ()
-    decisions = judge.mode_decisions - decided
-    statistics = statistics_of(found, meter, decisions, len(graph.sets))
+    statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 
 
@@ -84,12 +146,34 @@ def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Tol
     return tell
 
 
+class LatticePlanner(Planner):
+    """A best-first search by the heuristic that its settings name; without one by none."""
+
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+
+    def solve(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,  # noqa: ARG002
+        report: Report = silent,
+    ) -> SearchResult:
+        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
+        heuristic = self.settings.get("heuristic", "none")
+        if heuristic == "lanes" and has_lanes(problem, judge):
+            return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
+        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
+        if heuristic == "lanes" and suits(problem):
+            make = PlanarHeuristic
+        return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
+
+
 @final
-class AStar(Planner):
+class AStar(LatticePlanner):
     """A* (Sec. 4.4): over lanes and hubs where that applies, else with the heuristic (11)."""
 
     name: ClassVar[str] = "astar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "heuristic",
@@ -102,43 +186,12 @@ class AStar(Planner):
         ),
     )
 
-    def solve(
-        self,
-        problem: Problem,
-        judge: Judge,
-        budget: Budget,
-        rng: np.random.Generator,  # noqa: ARG002
-        report: Report = silent,
-    ) -> SearchResult:
-        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        heuristic = self.settings["heuristic"]
-        if heuristic == "lanes" and has_lanes(problem, judge):
-            return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
-        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
-        if heuristic == "lanes" and suits(problem):
-            make = PlanarHeuristic
-        return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
-
 
 @final
-class Dijkstra(Planner):
+class Dijkstra(LatticePlanner):
     """A* without heuristic."""
 
     name: ClassVar[str] = "dijkstra"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
-
-    def solve(
-        self,
-        problem: Problem,
-        judge: Judge,
-        budget: Budget,
-        rng: np.random.Generator,  # noqa: ARG002
-        report: Report = silent,
-    ) -> SearchResult:
-        """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
-        return bounded(
-            judge, lambda: solve_on_lattice(problem, judge, budget, report, _no_heuristic)
-        )
 
 
 def _no_heuristic(

@@ -3,84 +3,71 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Any, final
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move
-from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status
+from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status, silent
 
 PROVEN = 1e-6
 """A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""
 
 
-class Watched(Protocol):
-    """What a running search shows of itself; costs are +inf where there is no plan."""
+@final
+class Log:
+    """What a search tells on its way, ever more rarely, and what it has done at its end.
+
+    Args:
+        meter: the running budget.
+        judge: whose decisions are counted, from now on; None counts nothing.
+        report: told of the progress.
+
+    Attributes:
+        meter: likewise.
+        history: [time, cost or None, bound] of every event.
+    """
+
+    def __init__(self, meter: Meter, judge: Judge | None = None, report: Report = silent) -> None:
+        self.meter, self.history = meter, list[list[float | None]]()
+        self._judge, self._report, self._next_event = judge, report, 0.0
+        self._before = 0 if judge is None else judge.mode_decisions
 
     @property
-    def expanded(self) -> int:
-        """Number of nodes or lanes expanded."""
+    def decisions(self) -> int:
+        """Mode decisions made since the start."""
+        return 0 if self._judge is None else self._judge.mode_decisions - self._before
 
-    @property
-    def cost(self) -> float:
-        """Of the best plan known."""
+    def due(self) -> bool:
+        """Whether it is time for an event."""
+        return self.meter.elapsed() >= self._next_event
 
-    @property
-    def bound(self) -> float:
-        """No plan is cheaper."""
+    def event(self, cost: float, bound: float, expanded: int, waiting: int) -> None:
+        """Tell how far the search has come.
 
-    @property
-    def waiting(self) -> int:
-        """Length of the open list."""
+        Args:
+            cost: of the best plan, or +inf.
+            bound: no plan is cheaper.
+            expanded: nodes or lanes expanded, or iterations.
+            waiting: length of the open list.
+        """
+        now = self.meter.elapsed()
+        # Ever rarer: a day's search tells its story in a few hundred events.
+        self._next_event = now + max(0.1, 0.02 * now)
+        best = cost if cost < math.inf else None
+        self.history.append([now, best, bound])
+        self._report(Progress(now, expanded, waiting, self.decisions, best, bound))
 
-
-class Finished(Protocol):
-    """What a finished search tells of its work."""
-
-    @property
-    def expanded(self) -> int:
-        """Number of nodes or lanes expanded."""
-
-    @property
-    def generated(self) -> int:
-        """Number of entries put on the open list."""
-
-    @property
-    def history(self) -> Sequence[tuple[float, float | None, float]]:
-        """(time, cost or None, bound) now and then."""
-
-
-def observer(meter: Meter, judge: Judge, report: Report) -> Callable[[Watched], None]:
-    """Return what turns a search's state into Progress events, counting from now."""
-    decided = judge.mode_decisions
-
-    def observe(search: Watched) -> None:
-        report(
-            Progress(
-                time=meter.elapsed(),
-                expanded=search.expanded,
-                open=search.waiting,
-                mode_decisions=judge.mode_decisions - decided,
-                cost=search.cost if search.cost < math.inf else None,
-                lower_bound=search.bound,
-            )
-        )
-
-    return observe
-
-
-def statistics_of(
-    search: Finished, meter: Meter, decisions: int, placement_sets: int
-) -> dict[str, Any]:
-    """Return a finished search's statistics, see ``SearchResult``."""
-    return {
-        "time_s": meter.elapsed(),
-        "expanded": search.expanded,
-        "generated": search.generated,
-        "mode_decisions": decisions,
-        "placement_sets": placement_sets,
-        "history": [list(row) for row in search.history],
-    }
+    def statistics(self, expanded: int, generated: int, **more: int) -> dict[str, Any]:
+        """Return the finished search's statistics, see ``SearchResult``."""
+        return {
+            "time_s": self.meter.elapsed(),
+            "expanded": expanded,
+            "generated": generated,
+            "mode_decisions": self.decisions,
+            **more,
+            "history": self.history,
+        }
 
 
 def result_of(
@@ -109,13 +96,7 @@ def result_of(
 
 def without_search(status: Status, bound: float, meter: Meter) -> SearchResult:
     """Return the result where nothing was searched."""
-    elapsed = meter.elapsed()
-    statistics = {
-        "time_s": elapsed,
-        "expanded": 0,
-        "generated": 0,
-        "mode_decisions": 0,
-        "placement_sets": 0,
-        "history": [[elapsed, None, bound]],
-    }
+    log = Log(meter)
+    log.event(math.inf, bound, 0, 0)
+    statistics = log.statistics(0, 0, placement_sets=0)
     return SearchResult(status=status, lower_bound=bound, statistics=statistics)

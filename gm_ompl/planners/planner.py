@@ -41,8 +41,8 @@ class Status(enum.Enum):
 
 _SENTENCES = {
     Status.SOLVED: "a plan was found",
-    Status.INFEASIBLE: "it is proven that no plan exists",
-    Status.BUDGET: "the budget was spent before a plan was found or its absence proven",
+    Status.INFEASIBLE: "it is proven that no plan exists on the scenario's lattice",
+    Status.BUDGET: "the budget was spent: no plan was found, and none is ruled out",
     Status.INTERRUPTED: "the search was interrupted",
 }
 
@@ -101,13 +101,15 @@ class Meter:
         return limit is not None and resident_memory() + extra >= limit * MEGABYTE
 
 
-def resident_memory() -> float:
-    """Return the resident memory of this process [bytes]."""
+def resident_memory(process: int | None = None) -> float:
+    """Return the resident memory of this process [bytes]; of another one, 0 where it is unknown."""
     try:
-        with open("/proc/self/statm", "rb") as statm:
+        with open(f"/proc/{process or 'self'}/statm", "rb") as statm:
             pages = int(statm.read().split()[1])
         return float(pages * os.sysconf("SC_PAGE_SIZE"))
-    except OSError:
+    except (OSError, IndexError):
+        if process is not None:
+            return 0.0
         # No /proc (macOS): the peak stands in for the present, in bytes there, else in KiB.
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         return float(peak) * (1.0 if sys.platform == "darwin" else 1024.0)
@@ -147,7 +149,7 @@ class PlannerSpecs:
 
     Attributes:
         directed: it respects that arcs are one-way (always required of planners offered).
-        optimal: it proves or approaches the optimum, rather than stopping at any plan.
+        optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
     """
 
@@ -164,7 +166,8 @@ class SearchResult:
         status: how it ended; SOLVED also when a budget was spent with a plan in hand.
         moves: the plan's arcs from start to goal; none without a plan.
         cost: their total, or None without a plan.
-        lower_bound: no plan is cheaper; +inf where it is proven that there is none.
+        lower_bound: no plan on the lattice is cheaper; +inf where it is proven that none exists
+            there.
         optimal: whether the plan is proven optimal on the lattice.
         statistics: at least ``time_s``, ``expanded``, ``generated``, ``mode_decisions`` and
             ``history``, a list of [time, cost or None, bound].

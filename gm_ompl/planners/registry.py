@@ -3,14 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
+
+import numpy as np
 
 from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.hybrid_planners import HybridRRT, HybridRRTConnect, HybridRRTstar
 from gm_ompl.planners.lattice_astar import AStar, Dijkstra
-from gm_ompl.planners.ompl_planners import OMPL_PLANNERS
-from gm_ompl.planners.ompl_soundness import UNSOUND
-from gm_ompl.planners.planner import Planner
+from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Row
+from gm_ompl.planners.parameters import Parameter
+from gm_ompl.planners.planner import (
+    Budget,
+    Planner,
+    PlannerSpecs,
+    Report,
+    SearchResult,
+    silent,
+)
+from gm_ompl.problem import Problem
+
+
+def _ompl_planner(called: str, row: Row) -> type[Planner]:
+    """Return the planner that runs OMPL's ``called`` on the hybrid space."""
+
+    class OmplPlanner(Planner):
+        name: ClassVar[str] = called
+        specs: ClassVar[PlannerSpecs] = PlannerSpecs(
+            directed=True, optimal=row.anytime, randomised=True
+        )
+        parameters: ClassVar[tuple[Parameter, ...]] = row.parameters
+
+        def solve(
+            self,
+            problem: Problem,  # noqa: ARG002 (the judge knows it)
+            judge: Judge,
+            budget: Budget,
+            rng: np.random.Generator,
+            report: Report = silent,
+        ) -> SearchResult:
+            """Search for a plan, judged anew; an iteration is OMPL's question whether to stop.
+
+            A planner that improves its plan stops at the first one where ``budget`` has neither
+            a time limit nor an iteration limit.
+            """
+            from gm_ompl.planners.ompl.run import run  # loads OMPL
+
+            return run(self, judge, budget, rng, report)
+
+    OmplPlanner.__name__, OmplPlanner.__doc__ = called, row.meaning
+    return OmplPlanner
+
 
 PLANNERS: dict[str, type[Planner]] = {
     "astar": AStar,
@@ -18,7 +61,7 @@ PLANNERS: dict[str, type[Planner]] = {
     "HybridRRT": HybridRRT,
     "HybridRRTConnect": HybridRRTConnect,
     "HybridRRTstar": HybridRRTstar,
-    **{planner.name: planner for planner in OMPL_PLANNERS},
+    **{name: _ompl_planner(name, row) for name, row in OMPL_PLANNERS.items()},
 }
 
 

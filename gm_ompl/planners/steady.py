@@ -18,7 +18,7 @@ import numpy as np
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.steady_force import Command, least_change
+from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 from gm_ompl.graph.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
@@ -32,7 +32,7 @@ allows 1e-6 has the rest for the difference between two solvers."""
 
 
 @dataclass(frozen=True, eq=False)
-class Instant:
+class Controlled:
     """A segment's midpoint, or a rest, with its decision.
 
     Attributes:
@@ -89,7 +89,7 @@ def _decisions(
             yield moment, everyone, move.placements, decision
 
 
-def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Instant]:
+def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Controlled]:
     backend = judge.backend
     if not isinstance(backend, KernelBackend):
         backend = KernelBackend(judge.problem)
@@ -99,7 +99,7 @@ def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Instant]:
         key = (judge.environment(moment), fingers, placements)
         if key not in known:
             known[key] = backend.alternatives(*key)
-        yield Instant(key, known[key], fingers, decision)
+        yield Controlled(key, known[key], fingers, decision)
 
 
 def _least(problem: Problem, z: float) -> float:
@@ -107,7 +107,7 @@ def _least(problem: Problem, z: float) -> float:
     return max(z * (1.0 - LEAST), min(z, problem.mechanics.z_min))
 
 
-def _steady_modes(problem: Problem, instants: Sequence[Instant]) -> list[ModeDecision]:
+def _steady_modes(problem: Problem, instants: Sequence[Controlled]) -> list[ModeDecision]:
     """Return per instant the decision with the modes to use and the best f_com for them."""
     count = problem.fingers.count
     own = [spread(instant.decision, instant.fingers, count) for instant in instants]
@@ -129,10 +129,10 @@ def _steady_modes(problem: Problem, instants: Sequence[Instant]) -> list[ModeDec
 
 
 def _steady_forces(
-    problem: Problem, instants: Sequence[Instant], decisions: Sequence[ModeDecision]
+    problem: Problem, instants: Sequence[Controlled], decisions: Sequence[ModeDecision]
 ) -> list[ModeDecision]:
     """Return per instant the decision with the modes given and the f_com to use."""
-    commands: list[Command] = []
+    commands: list[Undecided] = []
     which: list[int] = []
     for k, (instant, decision) in enumerate(zip(instants, decisions, strict=True)):
         same = k > 0 and instant.key == instants[k - 1].key
@@ -143,7 +143,7 @@ def _steady_forces(
     return [chosen[c] for c in which]
 
 
-def _command(problem: Problem, instant: Instant, decision: ModeDecision) -> Command:
+def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> Undecided:
     best = instant.decision.z
     least = _least(problem, best)
     limits = problem.fingers.max_normal_force
@@ -152,7 +152,7 @@ def _command(problem: Problem, instant: Instant, decision: ModeDecision) -> Comm
         for finger, mode in zip(instant.fingers, decision.modes, strict=True)
         if mode is ControlMode.FORCE
     ]
-    return Command(
+    return Undecided(
         alternatives=instant.alternatives,
         decision=decision,
         fingers=instant.fingers,

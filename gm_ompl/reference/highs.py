@@ -83,6 +83,13 @@ class Solver:
         self._highs.changeRowsBounds(len(self._rows), self._rows, row_lower, row_upper)
         return self.solve()
 
+    def basis(self) -> list[int]:
+        """Return the last optimum's basis: columns, and n + i for the activity of row i."""
+        basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
+        columns = [j for j, status in enumerate(basis.col_status) if status == basic]
+        n = len(basis.col_status)
+        return columns + [n + i for i, status in enumerate(basis.row_status) if status == basic]
+
     def _solution(self, status: LpStatus) -> LpSolution:
         if status is not LpStatus.OPTIMAL:
             return LpSolution(self._program, status, _EMPTY, _EMPTY, np.nan, self._ray(status))

@@ -30,12 +30,12 @@ interchangeable, so that a node holds an unordered set of them."""
 class SearchStatus(enum.Enum):
     """How a search ended; the value is a sentence for the user."""
 
-    SOLVED = "an optimal plan was found"
+    SOLVED = "a plan was found that is optimal on this lattice"
     INFEASIBLE = "no path joins start and goal on this lattice"
 
 
 @dataclass(frozen=True)
-class SearchResult:
+class PlainResult:
     """What the search found.
 
     Attributes:
@@ -55,7 +55,7 @@ class SearchResult:
     decisions: int
 
 
-def plain_search(problem: Problem, decide: Decide = decide_modes) -> SearchResult:
+def plain_search(problem: Problem, decide: Decide = decide_modes) -> PlainResult:
     """Return the minimum-cost path from the virtual start node to the virtual goal node.
 
     Args:
@@ -147,9 +147,9 @@ class Graph:
 
     def result(
         self, status: SearchStatus, cost: float, moves: tuple[Move, ...], expanded: int
-    ) -> SearchResult:
+    ) -> PlainResult:
         """Return a result with this graph's counts."""
-        return SearchResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
+        return PlainResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
 
     def _displacements(self, node: Node) -> Iterator[tuple[Node, float]]:
         start = self._lattice.coordinates(node[0])

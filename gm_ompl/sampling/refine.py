@@ -17,7 +17,10 @@ from gm_ompl.sampling.stages import Stage, StageJudge, Stages, changed, stages_o
 from gm_ompl.sampling.tree import Stop
 
 CHEAPER: Final = 1.0 - 1e-9
-"""A change is kept only where the cost falls by this factor."""
+"""A change that leaves as many regrasps is kept only where the cost falls by this factor."""
+
+NOT_DEARER: Final = 1.0 + 1e-12
+"""A change that leaves fewer regrasps may raise the cost by this factor: that of rounding."""
 
 NEAR: Final = 0.5
 """Share of the placements tried that lie next to the present one."""
@@ -71,11 +74,14 @@ class Refinement:
         return stages is not None and self._try(stages)
 
     def _try(self, stages: Stages) -> bool:
-        moves = self._stages.moves(stages, self.cost * CHEAPER)
+        # Of plans of equal cost that with fewer regrasps: they may cost nothing.
+        fewer = len(stages) < len(self._plan)
+        below = self.cost * (NOT_DEARER if fewer else CHEAPER)
+        moves = self._stages.moves(stages, below)
         if moves is None:
             return False
         cost = math.fsum(move.cost for move in moves)
-        if not cost < self.cost * CHEAPER:
+        if not cost < below:
             return False
         self._plan, self.moves, self.cost = stages, moves, cost
         return True

@@ -9,9 +9,8 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.mass import at_centre_of_mass, mass_properties
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.solids import Body, hull, shifted
+from gm_ompl.geometry.solids import Body, at_centre_of_mass, hull, mass_properties, shifted
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
@@ -28,8 +27,8 @@ from gm_ompl.problem import (
 )
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
+from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import PoseModel, ScenarioModel
-from gm_ompl.scenario.notes import Notes
 from gm_ompl.scenario.shapes import body_of
 
 TOWARDS = {
@@ -63,29 +62,24 @@ def build_problem(model: ScenarioModel, document: Document) -> Problem:
     assert fingers is not None
     lattice = _lattice(model, motion)
     _check_size(model, lattice, fingers, notes)
-    environment = Environment(
-        floor=model.environment.floor,
-        obstacles=obstacles,
-        friction=model.friction.environment,
-        patch_points=model.mechanics.patch_points or 0,
-    )
     problem = Problem(
         name=model.name,
         body=body,
         mass=model.object.mass,
         inertia=inertia,
-        environment=environment,
+        environment=Environment(
+            floor=model.environment.floor,
+            obstacles=obstacles,
+            friction=model.friction.environment,
+            patch_points=model.mechanics.patch_points or 0,
+        ),
         fingers=fingers,
         motion=motion,
         lattice=lattice,
         start=start,
         goal=goal,
         mechanics=_mechanics(model),
-        cost=CostSettings(
-            regrasp=model.cost.regrasp,
-            stability=model.cost.stability,
-            samples_per_arc=model.cost.samples_per_arc,
-        ),
+        cost=CostSettings(**model.cost.model_dump()),
     )
     _check_poses(problem, notes)
     notes.stop()

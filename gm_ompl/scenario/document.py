@@ -1,16 +1,17 @@
-"""YAML text -> a plain tree, read safely and strictly, with the place of every value."""
+"""YAML text -> a plain tree, with the place of every value; ``--set KEY=VALUE`` changes it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import yaml
 
 from gm_ompl.errors import ScenarioError
+from gm_ompl.reading import is_text, one_line
 
 Path: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the top of the scenario down to a value."""
@@ -31,6 +32,17 @@ class StrictLoader(yaml.SafeLoader):
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 (PyYAML names it)
 
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._left = MAX_VALUES
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose one node; stops where a text has far too many of them."""
+        self._left -= 1
+        if self._left < 0:
+            raise yaml.YAMLError(f"more than {MAX_VALUES} values")
+        return super().compose_node(parent, index)
+
 
 def scalar(text: str) -> object:
     """Return what a plain (unquoted) scalar means; YAML 1.2's core rules, decimal only."""
@@ -44,11 +56,6 @@ def scalar(text: str) -> object:
 def dotted(path: Path) -> str:
     """Return ``path`` as the user writes it: keys and list numbers with dots between."""
     return ".".join(str(part) for part in path)
-
-
-def one_line(text: str) -> str:
-    """Return ``text`` with line breaks and other control characters written as escapes."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def shown(value: object) -> str:
@@ -104,24 +111,24 @@ def parse(text: str, label: str) -> Document:
         mark = error.problem_mark or error.context_mark
         place = f"{mark.line + 1}:{mark.column + 1}" if mark else "1:1"
         raise ScenarioError(
-            [f"{label}:{place}: not valid YAML: {error.problem or error.context}"]
+            f"{label}:{place}: not valid YAML: {error.problem or error.context}"
         ) from None
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
-        raise ScenarioError([f"{label}:1:1: not valid YAML text: {reason}"]) from None
+        raise ScenarioError(f"{label}:1:1: not valid YAML text: {reason}") from None
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if node is None:
-        raise ScenarioError([f"{label}:1:1: the file is empty; expected a scenario (YAML)"])
+        raise ScenarioError(f"{label}:1:1: the file is empty; expected a scenario (YAML)")
     document = Document(label)
     if not isinstance(node, yaml.MappingNode):
         raise ScenarioError(
-            [f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"]
+            f"{label}:1:1: expected a mapping of keys (format:, name:, object:, ...)"
         )
     try:
         document.tree = _Builder(document).build(node, (), ())
     except RecursionError:
-        raise ScenarioError([f"{label}:1:1: nested too deeply for a scenario"]) from None
+        raise ScenarioError(f"{label}:1:1: nested too deeply for a scenario") from None
     if document.problems:
         raise ScenarioError(document.problems)
     return document
@@ -142,7 +149,7 @@ class _Builder:
         self.count += 1
         if self.count > MAX_VALUES:
             raise ScenarioError(
-                [f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"]
+                f"{self.document.label}:1:1: more than {MAX_VALUES} values; too large"
             )
         self.document.places.setdefault(path, _mark(node))
         if id(node) in above:
@@ -163,6 +170,8 @@ class _Builder:
             ]  # fmt: skip
         assert isinstance(node, yaml.ScalarNode)
         text = str(node.value)
+        if not is_text(text):
+            self._wrong(node, path, "half of a surrogate pair is no text")
         return scalar(text) if node.style is None else text
 
     def _mapping(
@@ -174,6 +183,9 @@ class _Builder:
                 self._wrong(key_node, path, "a key must be a plain word")
                 continue
             key = str(key_node.value)
+            if not is_text(key):
+                self._wrong(key_node, path, "half of a surrogate pair is no text")
+                continue
             here = (*path, key)
             if key in values:
                 first = self.document.places[here]
@@ -210,11 +222,78 @@ _Dumper.add_representer(str, _represent_text)
 def dump(tree: Mapping[str, object]) -> str:
     """Return ``tree`` as YAML text that ``parse`` reads back unchanged."""
     text: str = yaml.dump(
-        dict(tree),
-        Dumper=_Dumper,
-        sort_keys=False,
-        default_flow_style=None,
-        allow_unicode=True,
+        dict(tree), Dumper=_Dumper, sort_keys=False, default_flow_style=None, allow_unicode=True,
         width=100,
-    )
+    )  # fmt: skip
     return text
+
+
+def apply_overrides(document: Document, overrides: Iterable[str]) -> list[str]:
+    """Change ``document.tree`` in place; return one line per override that cannot be applied.
+
+    Args:
+        document: what was read.
+        overrides: "KEY=VALUE"; KEY is a dotted path, list items by number; VALUE is YAML.
+    """
+    problems: list[str] = []
+    for text in overrides:
+        try:
+            _apply(document, text)
+        except ScenarioError as error:
+            problems.extend(error.problems)
+    return problems
+
+
+def _apply(document: Document, text: str) -> None:
+    place = one_line(f"--set {text}")
+    key, equals, value_text = text.partition("=")
+    parts = key.strip().split(".")
+    if not equals or not all(parts):
+        raise ScenarioError(f"{place}: expected KEY=VALUE, for example fingers.max_normal_force=5")
+    value = _value(place, value_text)
+    target, path = _target(document, parts, place)
+    last = _index(target, parts[-1], path, place)
+    target[last] = value
+    path = (*path, last)
+    for known in [p for p in document.places if p[: len(path)] == path]:
+        del document.places[known]
+    document.places[path] = place
+
+
+def _value(place: str, text: str) -> object:
+    """Return VALUE read as YAML, strictly as in a file."""
+    try:
+        wrapped: Any = parse("value: " + text.strip(), place).tree
+    except ScenarioError:
+        raise ScenarioError(f"{place}: the value is not valid YAML") from None
+    if set(wrapped) != {"value"}:
+        raise ScenarioError(f"{place}: the value is not one YAML value")
+    return wrapped["value"]
+
+
+def _target(document: Document, parts: list[str], place: str) -> tuple[Any, Path]:
+    """Return the mapping or list that holds the last part, made on the way where absent."""
+    target: Any = document.tree
+    path: Path = ()
+    for part in parts[:-1]:
+        step = _index(target, part, path, place)
+        if isinstance(target, dict) and target.get(step) is None:
+            target[step] = {}
+            document.places[(*path, step)] = place
+        target, path = target[step], (*path, step)
+    return target, path
+
+
+def _index(target: Any, part: str, path: Path, place: str) -> str | int:
+    """Return ``part`` as a key of the mapping or an index of the list ``target``."""
+    if isinstance(target, dict):
+        return part
+    name = ".".join(map(str, path))
+    if isinstance(target, list):
+        if part.isascii() and part.isdigit() and int(part) < len(target):
+            return int(part)
+        items = f"items are 0 to {len(target) - 1}" if target else "it is empty"
+        raise ScenarioError(f"{place}: {name} is a list; no item {part!r}, {items}")
+    raise ScenarioError(
+        f"{place}: {name} is {shown(target)}; it has no keys or items, set it as a whole"
+    )

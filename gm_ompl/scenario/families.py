@@ -11,9 +11,8 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from gm_ompl.scenario.document import dump
-from gm_ompl.scenario.draw import Draw, rounded
 from gm_ompl.scenario.model import FORMAT
-from gm_ompl.scenario.small import small
+from gm_ompl.scenario.small import Draw, rounded, small
 
 Tree: TypeAlias = dict[str, Any]
 
@@ -165,26 +164,6 @@ def _path(draw: Draw, description: str, limits: tuple[float, float], pieces: lis
     }
 
 
-def slide(draw: Draw) -> Tree:
-    """Return a slide with strong fingers."""
-    return _path(draw, "A slide along +x.", (0.6, 2.5), ["slide"])
-
-
-def push(draw: Draw) -> Tree:
-    """Return a slide with weak fingers."""
-    return _path(draw, "A slide along +x with weak fingers.", (0.3, 0.6), ["slide"])
-
-
-def tumble(draw: Draw) -> Tree:
-    """Return a tumble by 90 degrees."""
-    return _path(draw, "A tumble towards +x.", (0.6, 2.5), ["tumble"])
-
-
-def chain(draw: Draw) -> Tree:
-    """Return slide, tumble, slide."""
-    return _path(draw, "Slide, tumble, slide.", (0.6, 2.5), ["slide", "tumble", "slide"])
-
-
 def regrasp(draw: Draw) -> Tree:
     """Return a tumble past a wall behind and a wall beside, as in the paper's Fig. 10."""
     tree = _path(draw, "A tumble past a wall behind and one beside.", (0.7, 2.0), ["tumble"])
@@ -258,12 +237,16 @@ def planar(draw: Draw) -> Tree:
     }
 
 
+def _along(description: str, limits: tuple[float, float], *pieces: str) -> Callable[[Draw], Tree]:
+    return lambda draw: _path(draw, description, limits, list(pieces))
+
+
 FAMILIES: dict[str, Callable[[Draw], Tree]] = {
-    "slide": slide,
-    "push": push,
-    "tumble": tumble,
+    "slide": _along("A slide along +x.", (0.6, 2.5), "slide"),
+    "push": _along("A slide along +x with weak fingers.", (0.3, 0.6), "slide"),
+    "tumble": _along("A tumble towards +x.", (0.6, 2.5), "tumble"),
     "regrasp": regrasp,
-    "chain": chain,
+    "chain": _along("Slide, tumble, slide.", (0.6, 2.5), "slide", "tumble", "slide"),
     "planar": planar,
     "small": small,
 }

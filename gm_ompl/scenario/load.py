@@ -9,10 +9,11 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from gm_ompl.errors import ScenarioError, did_you_mean
-from gm_ompl.scenario.document import Document, one_line, parse
+from gm_ompl.reading import Kind, one_line, read_text, refuse_other
+from gm_ompl.scenario.document import Document, parse
 from gm_ompl.scenario.scenario import Scenario
 
-MAX_BYTES = 20 * 1024 * 1024
+MAX_BYTES = 8 * 1024 * 1024
 """Larger files are refused unread."""
 
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -48,13 +49,14 @@ def read(name: str | os.PathLike[str]) -> Document:
             text, file = shipped_file.read_text(encoding="utf-8"), Path(str(shipped_file))
             return _beside(parse(text, str(file)), file)
     if is_path or os.path.exists(text):
-        return _beside(parse(_file_text(Path(text)), text), Path(text))
+        document = parse(read_text(Path(text), KIND), text)
+        assert isinstance(document.tree, dict), "the reader accepts nothing else"
+        refuse_other(document.label, document.tree.get("format"), KIND)
+        return _beside(document, Path(text))
     names = [*shipped(), *random_names()]
     raise ScenarioError(
-        [
-            f"{one_line(text)}: no such scenario or file{did_you_mean(text, names)}; "
-            f"shipped: {', '.join(names)}"
-        ]
+        f"{one_line(text)}: no such scenario or file{did_you_mean(text, names)}; "
+        f"shipped: {', '.join(names)}"
     )
 
 
@@ -97,53 +99,22 @@ def _random(text: str) -> Document:
     family, _, seed = rest.partition("/")
     if family not in FAMILIES:
         raise ScenarioError(
-            [
-                f"{one_line(text)}: no such family{did_you_mean(family, FAMILIES)}; "
-                f"families are {', '.join(FAMILIES)}"
-            ]
+            f"{one_line(text)}: no such family{did_you_mean(family, FAMILIES)}; "
+            f"families are {', '.join(FAMILIES)}"
         )
     if not (seed.isascii() and seed.isdigit() and len(seed) <= 18):
         raise ScenarioError(
-            [
-                f"{one_line(text)}: the seed must be a whole number >= 0, "
-                f"for example random/{family}/17"
-            ]
+            f"{one_line(text)}: the seed must be a whole number >= 0, "
+            f"for example random/{family}/17"
         )
     return parse(family_yaml(family, int(seed)), f"random/{family}/{int(seed)}")
 
 
-def _file_text(path: Path) -> str:
-    """Return a file's text.
+def _hint(path: Path) -> str:
+    stem = str(path)
+    for suffix in SUFFIXES:
+        stem = stem.removesuffix(suffix)
+    return did_you_mean(stem, shipped())
 
-    Raises:
-        ScenarioError: the file is missing, a folder, unreadable, too large or not UTF-8 text.
-    """
-    label = one_line(str(path))
-    try:
-        if path.is_dir():
-            raise ScenarioError([f"{label}: is a folder; a scenario is a YAML file"])
-        if not path.is_file() and path.exists():
-            raise ScenarioError([f"{label}: is not an ordinary file"])
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            limit = MAX_BYTES // 2**20
-            raise ScenarioError([f"{label}: {size} bytes; a scenario has at most {limit} MiB"])
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        names = shipped()
-        stem = str(path)
-        for suffix in SUFFIXES:
-            stem = stem.removesuffix(suffix)
-        raise ScenarioError([f"{label}: no such file{did_you_mean(stem, names)}"]) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise ScenarioError([f"{label}: cannot be read: {reason}"]) from None
-    if len(content) > MAX_BYTES:
-        raise ScenarioError([f"{label}: a scenario has at most {MAX_BYTES // 2**20} MiB"])
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ScenarioError(
-            [f"{label}: byte {error.start} is not UTF-8 text; a scenario is a YAML file"]
-        ) from None
+
+KIND = Kind("scenario", "YAML", MAX_BYTES, ScenarioError, _hint)

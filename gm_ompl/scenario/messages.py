@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from gm_ompl.errors import did_you_mean
+from gm_ompl.errors import GeometryError, ScenarioError, did_you_mean
 from gm_ompl.scenario.document import Document, Path, shown
 from gm_ompl.scenario.fields import TAGS
 from gm_ompl.scenario.model import ScenarioModel
@@ -170,3 +170,31 @@ def _below(nodes: list[dict[str, Any]], part: str | int) -> list[dict[str, Any]]
         if isinstance(below, dict):
             found.append(below)
     return found
+
+
+T = TypeVar("T")
+
+
+class Notes:
+    """Collects mistakes, so that the user sees all at once."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.problems: list[str] = []
+
+    def attempt(self, path: Path, make: Callable[[], T]) -> T | None:
+        """Return ``make()``, or None after noting its GeometryError at ``path``."""
+        try:
+            return make()
+        except GeometryError as error:
+            self.problems.append(self.document.line(path, str(error)))
+            return None
+
+    def wrong(self, path: Path, value: object, wanted: str) -> None:
+        """Note that ``value`` at ``path`` is wrong."""
+        self.problems.append(value_problem(self.document, path, value, wanted))
+
+    def stop(self) -> None:
+        """Raise what was noted, if anything."""
+        if self.problems:
+            raise ScenarioError(self.problems)

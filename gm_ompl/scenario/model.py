@@ -6,7 +6,8 @@ their unit and are radians here. ``docs/scenario-format.md`` explains every key 
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+import json
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
@@ -18,16 +19,17 @@ from gm_ompl.scenario.fields import (
     Matrix,
     NotNegative,
     Number,
+    ObstacleModel,
     OneOrManyNotNegative,
     OneOrManyPositive,
     Positive,
+    Shape,
     Strict,
     Text,
     Vector,
     Whole,
     word_or,
 )
-from gm_ompl.scenario.shape_model import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -256,3 +258,21 @@ class ScenarioModel(Strict):
     mechanics: MechanicsModel = MechanicsModel()
     cost: CostModel = CostModel()
     expect: ExpectModel = ExpectModel()
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of the format.
+
+    It knows every key and each value's kind; what keys must satisfy together, only ``load``
+    checks.
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": FORMAT,
+        **ScenarioModel.model_json_schema(),
+    }
+
+
+def json_schema_text() -> str:
+    """Return the JSON Schema as the text of the shipped file ``scenario.schema.json``."""
+    return json.dumps(json_schema(), indent=2, sort_keys=False) + "\n"

@@ -12,12 +12,14 @@ from gm_ompl.errors import ScenarioError
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.build import build_problem
 from gm_ompl.scenario.checks import findings
-from gm_ompl.scenario.document import Document
+from gm_ompl.scenario.document import Document, apply_overrides
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
 from gm_ompl.scenario.model import ExpectModel, ScenarioModel
-from gm_ompl.scenario.overrides import apply_overrides
 from gm_ompl.scenario.shapes import with_meshes
+
+MAX_SHOWN = 40
+"""Mistakes reported at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +47,11 @@ class Scenario:
         model, mistakes = _validate(document)
         problems += mistakes
         if problems or model is None:
-            raise ScenarioError(list(dict.fromkeys(problems)))
+            problems = list(dict.fromkeys(problems))
+            if len(problems) > MAX_SHOWN:
+                more = f"{document.label}: and {len(problems) - MAX_SHOWN} more mistakes"
+                problems[MAX_SHOWN:] = [more]
+            raise ScenarioError(problems)
         model = with_meshes(model, document)
         return cls(model, document, build_problem(model, document))
 
@@ -57,7 +63,7 @@ class Scenario:
             ScenarioError: one line per mistake.
         """
         if not isinstance(tree, Mapping):
-            raise ScenarioError([f"{label}: expected a mapping of keys (format:, name:, ...)"])
+            raise ScenarioError(f"{label}: expected a mapping of keys (format:, name:, ...)")
         return cls.from_document(Document(label, dict(tree)))
 
     @property
@@ -133,8 +139,3 @@ def _sections(tree: Mapping[str, Any], valid: set[str]) -> ScenarioModel:
         if key in valid and key in tree
     }
     return ScenarioModel.model_construct(**values)
-
-
-def build(scenario: Scenario) -> Problem:
-    """Return what the planners see of ``scenario``."""
-    return scenario.problem

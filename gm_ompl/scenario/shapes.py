@@ -13,9 +13,9 @@ from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.triangles import checked
 from gm_ompl.scenario.document import Document, Path
+from gm_ompl.scenario.fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel
-from gm_ompl.scenario.notes import Notes
-from gm_ompl.scenario.shape_model import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
 
 OVERLAP = 1e-6
 """Pieces that overlap by more than this, relative to D, are refused: mass would count twice."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -85,15 +84,13 @@ Beat: TypeAlias = Run | Move
 
 
 def beats(plan: Plan, problem: Problem) -> tuple[Beat, ...]:
-    """Cut ``plan`` into runs and regrasps.
+    """Cut ``plan``, whose steps fit ``problem``, into runs and regrasps.
 
     Raises:
-        InputError: the plan has no displacement, or a step does not fit the scenario's fingers or
-            coordinates.
+        InputError: the plan has no displacement.
     """
     found: list[Beat] = []
     for number, step in enumerate(plan.steps):
-        _fits(number, step, problem)
         if isinstance(step, RegraspStep):
             found.append(_move(number, step, problem))
             continue
@@ -106,25 +103,6 @@ def beats(plan: Plan, problem: Problem) -> tuple[Beat, ...]:
     if not any(isinstance(beat, Run) for beat in found):
         raise InputError(f"the plan moves nothing (status {plan.status!r}): nothing to execute")
     return tuple(found)
-
-
-def _fits(number: int, step: DisplacementStep | RegraspStep, problem: Problem) -> None:
-    n, d = problem.fingers.count, problem.motion.dimension
-    points: list[tuple[float, ...]]
-    lists: list[Sequence[object]] = [step.placements]
-    known = True
-    if isinstance(step, RegraspStep):
-        points, known = [step.at], step.finger < n
-        lists += [step.modes, step.f_com]
-    else:
-        points = [step.from_, step.to]
-        lists += [part for row in step.segments for part in (row.modes, row.f_com)]
-        if not step.segments:
-            raise InputError(f"step {number}: a displacement needs at least one segment")
-    if any(len(q) != d for q in points):
-        raise InputError(f"step {number}: coordinates must be {d} numbers")
-    if any(len(part) != n for part in lists) or not known:
-        raise InputError(f"step {number}: must speak of the scenario's {n} fingers")
 
 
 def _move(number: int, step: RegraspStep, problem: Problem) -> Move:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.plan.fit import problem_of
+from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.measure import Measurement
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import STEP
@@ -60,7 +60,7 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
     Raises:
         InputError: the plan moves nothing, or its scenario cannot be simulated.
     """
-    problem = Scenario.from_resolved(plan.scenario).problem
+    problem = problem_of(plan)
     pace, units = pace or Pace(), Units.of(problem)
     line = schedule(plan, problem, pace, STEP, lean=lean)
     return Setup(plan, problem, pace, units, line, world(problem, units))
@@ -121,24 +121,12 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
         angle=float(angle[moving].max(initial=0.0)),
         static_slip=measured.static_slip(),
         fingers=tuple(measured.finger(i, slip) for i in range(line.fingers)),
-        z=least_z(setup.plan),
+        z=math.inf if setup.plan.least_z is None else setup.plan.least_z,
         inertia=inertia,
         inertia_share=share,
     )
     found = tuple(_findings(shown, setup, slack))
     return ExecutionReport(**{**vars(shown), "findings": found})
-
-
-def least_z(plan: Plan) -> float:
-    """Return the smallest stability margin that the plan states."""
-    margins = [
-        segment.z
-        for step in plan.steps
-        if isinstance(step, DisplacementStep)
-        for segment in step.segments
-    ]
-    margins += [step.z for step in plan.steps if not isinstance(step, DisplacementStep)]
-    return min(margins, default=math.inf)
 
 
 def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import Plan
-from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import PHASES, Timeline
@@ -32,7 +32,7 @@ def table(plan: Plan, pace: Pace | None = None, rate: float = 100.0) -> str:
     if not (np.isfinite(rate) and 1.0 <= rate <= 10000.0):
         raise InputError(f"--rate {rate}: must be from 1 to 10000 rows per second")
     pace = pace or Pace()
-    problem = Scenario.from_resolved(plan.scenario).problem
+    problem = problem_of(plan)
     line = schedule(plan, problem, pace, 1.0 / rate)
     out = io.StringIO()
     for text in _header(problem.name, line, pace):

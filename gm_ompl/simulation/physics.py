@@ -51,7 +51,14 @@ def load() -> Any:
         import mujoco
     except ModuleNotFoundError as error:
         raise MissingExtraError("MuJoCo", "sim") from error
+    # Its own way: a line on stderr and a file in whatever folder the user is in. What a simulation
+    # comes to is judged and reported here.
+    mujoco.set_mju_user_warning(_unheard)
     return mujoco
+
+
+def _unheard(_: str) -> None:
+    """Take a warning of MuJoCo's."""
 
 
 @dataclass(frozen=True, eq=False)

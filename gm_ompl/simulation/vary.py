@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from gm_ompl.simulation.execute import Setup, execute, least_z
+from gm_ompl.simulation.execute import Setup, execute
 from gm_ompl.simulation.report import plain
 from gm_ompl.simulation.world import KINDS, World, lifted, varied
 
@@ -96,4 +97,5 @@ def vary(
         runs.append(
             VariedRun(number, report.holds, report.findings, report.end_position, report.end_angle)
         )
-    return VariationReport(share, tuple(kinds), least_z(setup.plan), tuple(runs))
+    least = setup.plan.least_z
+    return VariationReport(share, tuple(kinds), math.inf if least is None else least, tuple(runs))

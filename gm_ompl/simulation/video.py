@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+from io import BytesIO
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
+from gm_ompl.writing import whole, write_bytes
 
 RATE = 30
 """Pictures per second."""
@@ -34,29 +36,44 @@ class Film:
             raise InputError(f"--video {path}: must end in {' or '.join(SUFFIXES)}")
         try:
             import imageio.v2 as imageio
+            from imageio_ffmpeg import count_frames_and_secs
         except ModuleNotFoundError as error:
             raise MissingExtraError("imageio", "sim") from error
-        self._imageio, self._path = imageio, path
+        self._imageio, self._count, self._path = imageio, count_frames_and_secs, path
         self._writer: Any = None
         self._camera: Any = None
         self._picture: Any = None
         self._shown = 0
+        self._files = ExitStack()
 
     def __enter__(self) -> Film:
         """Begin; the file is made with the first picture."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file and release the renderer."""
-        if self._writer is not None:
-            self._writer.close()
+    def __exit__(self, *raised: Any) -> None:
+        """Finish the file and release the renderer.
+
+        Raises:
+            InputError: the file could not be written whole.
+        """
         if self._camera is not None:
-            self._camera.__exit__(kind, error, trace)
+            self._camera.__exit__(*raised)
+        self._files.__exit__(*raised)
+
+    def _finish(self, part: Path) -> None:
+        """Close the film and count its pictures: ffmpeg does not say that a disk was full."""
+        self._writer.close()
+        try:
+            written, _ = self._count(str(part))
+        except (OSError, RuntimeError):
+            written = 0
+        if written < self._shown:
+            raise self._refused()
+
+    def _refused(self) -> InputError:
+        return InputError(
+            f"cannot write {self._path}: ffmpeg stopped before its end; is there space left?"
+        )
 
     def __call__(self, player: Player, instant: int) -> None:
         """Add a picture where one is due.
@@ -68,7 +85,11 @@ class Film:
             return
         if self._camera is None:
             self._begin(player)
-        self._writer.append_data(self._picture())
+        picture = self._picture()
+        try:
+            self._writer.append_data(picture)
+        except OSError as error:
+            raise self._refused() from error
         self._shown += 1
 
     def _begin(self, player: Player) -> None:
@@ -83,7 +104,28 @@ class Film:
                 "libegl1 libegl-mesa0 libgl1-mesa-dri"
             ) from error
         self._camera = camera
-        gif = self._path.suffix.lower() == ".gif"
-        options: dict[str, Any] = {"loop": 0} if gif else {"macro_block_size": 1}
-        timing = {"duration": 1000.0 / RATE} if gif else {"fps": RATE}
-        self._writer = self._imageio.get_writer(str(self._path), **options, **timing)
+        if self._path.suffix.lower() == ".gif":
+            self._begin_gif()
+        else:
+            self._begin_mp4()
+
+    def _begin_gif(self) -> None:
+        """Gather the pictures in memory: imageio complains again and again of a file that fails."""
+        content = BytesIO()
+        self._writer = self._imageio.get_writer(
+            content, format="GIF", mode="I", loop=0, duration=1000.0 / RATE
+        )
+
+        def finish(kind: object, *_: object) -> None:
+            self._writer.close()
+            if kind is None:
+                write_bytes(self._path, content.getvalue())
+
+        self._files.push(finish)
+
+    def _begin_mp4(self) -> None:
+        part = self._files.enter_context(whole(self._path))
+        self._writer = self._imageio.get_writer(
+            str(part), macro_block_size=1, fps=RATE, ffmpeg_log_level="quiet"
+        )
+        self._files.push(lambda kind, *_: self._writer.close() if kind else self._finish(part))

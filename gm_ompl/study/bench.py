@@ -2,156 +2,93 @@
 
 from __future__ import annotations
 
+import cProfile
 import os
 import platform
+import pstats
 import statistics
+import subprocess
+import sys
+import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from gm_ompl import api
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.planners.planner import Budget
+from gm_ompl.planners.registry import make_planner
+from gm_ompl.problem import Placements, Problem
 from gm_ompl.study.bench_decisions import Searched, Times, batch_gain, searched, timed
-from gm_ompl.study.bench_plans import (
-    Solved,
-    decisions_per_node,
-    profiled,
-    solved,
-    startup,
-)
-from gm_ompl.study.measure import measure
 
 Json: TypeAlias = dict[str, Any]
-Note: TypeAlias = Callable[[str], None]
 
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp")
 SEARCHES = ("astar", "dijkstra")
 
+DRAWN = 1000
+"""Decisions drawn per search for the kernel."""
 
-@dataclass(frozen=True)
-class Effort:
-    """How much is measured.
+SAMPLED_NODES = 400
+"""Nodes on which arcs are counted; the mean stands for all."""
 
-    Attributes:
-        repeat: repetitions of what is short.
-        decisions: drawn per search for the kernel.
-        with_highs: of these, made with HiGHS too.
-        search_limit: wall time of a search [s].
-    """
-
-    repeat: int = 5
-    decisions: int = 1000
-    with_highs: int = 12
-    search_limit: float = 10.0
-
-
-@dataclass
-class _Pool:
-    """Times of all decisions so far, per search."""
-
-    times: dict[str, list[Times]] = field(default_factory=dict)
-
-    def row(self, search: str) -> Json:
-        parts = self.times.get(search, [])
-        return _decision_row("all", search, None, _joined(parts))
+_SHARES = {
+    "geometry": ("geometry", "contact", "motion"),
+    "decisions": ("mechanics", "feasibility"),
+    "search": ("planners", "graph"),
+}
 
 
 def bench(
     scenarios: Sequence[str] = SCENARIOS,
-    effort: Effort | None = None,
     overrides: Sequence[str] = (),
-    note: Note = lambda _: None,
+    note: Callable[[str], None] = lambda _: None,
+    *,
+    repeat: int = 5,
+    highs: int = 20,
+    search_limit: float = 10.0,
 ) -> Json:
     """Measure; what comes back is plain JSON, times in the unit that a key's end names.
 
     Args:
         scenarios: shipped names or files of one coordinate.
-        effort: how much is measured.
         overrides: "KEY=VALUE" changes of every scenario.
         note: told what is being measured.
+        repeat: repetitions of what is short.
+        highs: decisions per search made with HiGHS, too.
+        search_limit: wall time of a search [s].
     """
-    effort = effort or Effort()
+    problems = {name: api.load(name, overrides).problem for name in scenarios}
     note("start-up")
-    help_s, first_plan_s = startup(scenarios[0], overrides, effort.repeat)
-    pool, decisions, plans = _Pool(), [], []
-    for name in scenarios:
+    start: Json = startup(scenarios[0], overrides, repeat)
+    pool: dict[str, Times] = {search: defaultdict(list) for search in SEARCHES}
+    decisions, plans = [], []
+    for name, problem in problems.items():
         note(f"{name}: decisions and plans")
-        problem = api.load(name, overrides).problem
-        found = {search: searched(problem, search, effort.search_limit) for search in SEARCHES}
+        found = {search: searched(problem, search, search_limit) for search in SEARCHES}
+        mean: list[float] = []
         for search, one in found.items():
-            times = timed(one, effort.decisions, effort.with_highs, effort.repeat)
-            pool.times.setdefault(search, []).append(times)
-            decisions.append(_decision_row(name, search, one, times))
-        highs = [t for parts in pool.times.values() for t in parts[-1].highs]
-        plan = solved(problem, effort.repeat, effort.search_limit)
-        plans.append(_plan_row(name, plan, found["dijkstra"], _mean(highs)))
-        plans[-1]["batch_gain"] = batch_gain(found["dijkstra"], effort.decisions, effort.repeat)
-        plans[-1]["profile"] = profiled(problem, effort.search_limit)
-        plans[-1]["peak_mb"] = measure(name, overrides=overrides, repeat=False).megabytes
-    return {
-        "machine": _machine(),
-        "decisions": [*decisions, *(pool.row(search) for search in SEARCHES)],
-        "plans": plans,
-        "start": {"help_s": help_s, "first_plan_s": first_plan_s, "scenario": scenarios[0]},
-    }
-
-
-def _joined(parts: Sequence[Times]) -> Times:
-    return Times(
-        [t for part in parts for t in part.kernel],
-        [t for part in parts for t in part.both_force],
-        [t for part in parts for t in part.kernel_of_sample],
-        [t for part in parts for t in part.highs],
-        [t for part in parts for t in part.highs_whole],
-    )
-
-
-def _decision_row(name: str, search: str, found: Searched | None, times: Times) -> Json:
-    sample = times.kernel_of_sample
-    return {
-        "scenario": name,
-        "search": search,
-        "asked": None if found is None else len(found.asked),
-        "drawn": len(times.kernel),
-        "kernel_median_ms": _median(times.kernel),
-        "kernel_p95_ms": float(np.quantile(times.kernel, 0.95)) if times.kernel else None,
-        "both_force": len(times.both_force),
-        "both_force_median_ms": _median(times.both_force),
-        "highs_drawn": len(sample),
-        "highs_median_ms": _median(times.highs),
-        "highs_whole_median_ms": _median(times.highs_whole),
-        "ratio": _median([h / k for h, k in zip(times.highs, sample, strict=True)]),
-        "ratio_whole": _median([h / k for h, k in zip(times.highs_whole, sample, strict=True)]),
-    }
-
-
-def _plan_row(name: str, plan: Solved, plain: Searched, mean_ms: float | None) -> Json:
-    """Return a row; the plain search's time is its counted decisions times their measured mean."""
-    per_node = decisions_per_node(plain.problem)
-    expanded = int(plain.result.statistics["expanded"])
-    plain_s = None if mean_ms is None else 1e-3 * mean_ms * per_node * expanded
-    return {
-        "scenario": name,
-        "optimal": plan.optimal,
-        "seconds": plan.seconds,
-        "expanded": plan.expanded,
-        "mode_decisions": plan.decisions,
-        "plain_expanded": expanded,
-        "plain_is_whole": plain.result.optimal,
-        "plain_decisions": per_node * expanded,
-        "plain_mean_decision_ms": mean_ms,
-        "plain_s": plain_s,
-        "ratio": None if plain_s is None else plain_s / plan.seconds,
-    }
-
-
-def _median(values: Sequence[float]) -> float | None:
-    return statistics.median(values) if values else None
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return statistics.fmean(values) if values else None
+            times = timed(one, DRAWN, highs, repeat)
+            mean += times["highs"]
+            for way, values in times.items():
+                pool[search][way] += values
+            decisions.append(_decision_row(name, search, len(one.asked), times))
+        row = _plan_row(name, problem, repeat, search_limit)
+        plain = _plain(found["dijkstra"], statistics.fmean(mean) if mean else None)
+        plans.append({
+            **row, **plain,
+            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
+            "batch_gain": batch_gain(found["dijkstra"], DRAWN, repeat),
+            "profile": profiled(problem, search_limit),
+            "peak_mb": _spent(_plan(name, overrides))[1],
+        })  # fmt: skip
+    decisions += [_decision_row("all", search, None, times) for search, times in pool.items()]
+    start = {**start, "scenario": scenarios[0]}
+    return {"machine": _machine(), "decisions": decisions, "plans": plans, "start": start}
 
 
 def _machine() -> Json:
@@ -161,3 +98,159 @@ def _machine() -> Json:
         "cores": os.cpu_count(),
         "load": os.getloadavg()[0],
     }
+
+
+def _decision_row(name: str, search: str, asked: int | None, times: Times) -> Json:
+    kernel, sample = times["kernel"], times["sample"]
+    return {
+        "scenario": name,
+        "search": search,
+        "asked": asked,
+        "drawn": len(kernel),
+        "kernel_median_ms": _median(kernel),
+        "kernel_p95_ms": float(np.quantile(kernel, 0.95)) if kernel else None,
+        "both_force": len(times["both_force"]),
+        "both_force_median_ms": _median(times["both_force"]),
+        "highs_drawn": len(sample),
+        "highs_median_ms": _median(times["highs"]),
+        "highs_whole_median_ms": _median(times["whole"]),
+        "ratio": _median([h / k for h, k in zip(times["highs"], sample, strict=True)]),
+        "ratio_whole": _median([h / k for h, k in zip(times["whole"], sample, strict=True)]),
+    }
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return statistics.median(values) if values else None
+
+
+def _plan_row(name: str, problem: Problem, repeat: int, time_limit: float) -> Json:
+    """Solve ``repeat`` + 1 times by A*, memos emptied each time; the first is not timed."""
+    seconds = []
+    for _ in range(repeat + 1):
+        judge = Judge(problem, KernelBackend(problem))
+        started = time.perf_counter()
+        rng = np.random.default_rng(0)
+        result = make_planner("astar").solve(problem, judge, Budget(time_limit), rng)
+        seconds.append(time.perf_counter() - started)
+    return {
+        "scenario": name,
+        "optimal": result.optimal,
+        "seconds": statistics.median(seconds[1:]),
+        "expanded": int(result.statistics["expanded"]),
+        "mode_decisions": int(result.statistics["mode_decisions"]),
+    }
+
+
+def _plain(search: Searched, mean_ms: float | None) -> Json:
+    """Return what the plain search takes: its counted decisions times their measured mean."""
+    expanded = int(search.result.statistics["expanded"])
+    decisions = decisions_per_node(search.problem) * expanded
+    return {
+        "plain_expanded": expanded,
+        "plain_is_whole": search.result.optimal,
+        "plain_decisions": decisions,
+        "plain_mean_decision_ms": mean_ms,
+        "plain_s": None if mean_ms is None else 1e-3 * mean_ms * decisions,
+    }
+
+
+def decisions_per_node(problem: Problem) -> float:
+    """Return the mean number of mode decisions that expanding a node takes in the plain search.
+
+    Every displacement arc is judged in samples_per_arc segments, every regrasping arc once; arcs
+    to nodes that geometry rules out are not. Counted on random valid nodes.
+    """
+    rng = np.random.default_rng(0)
+    judge = Judge(problem, KernelBackend(problem))
+    lattice, n, pose = problem.lattice, problem.fingers.count, problem.motion.pose
+    counts: list[int] = []
+    for _ in range(50 * SAMPLED_NODES):
+        if len(counts) == SAMPLED_NODES:
+            break
+        at = int(rng.integers(lattice.size))
+        free = judge.node(pose(lattice.coordinates(at))).free
+        rows = [np.flatnonzero(mask) for mask in free]
+        if not all(len(r) for r in rows):
+            continue
+        placements = tuple(int(rng.choice(r)) for r in rows)
+        if judge.apart(placements):
+            regrasps = sum(_targets(judge, placements, i, rows[i]) for i in range(n))
+            heads = sum(
+                judge.placements_valid(pose(q), placements) for _, q in lattice.neighbours(at)
+            )
+            counts.append(regrasps + problem.cost.samples_per_arc * heads)
+    return float(np.mean(counts)) if counts else 0.0
+
+
+def _targets(judge: Judge, placements: Placements, finger: int, rows: np.ndarray) -> int:
+    """Return how many other placements are free for a finger and clear of the others."""
+    fits = np.ones(len(rows), dtype=bool)
+    for other, row in enumerate(placements):
+        clear = judge.clear[finger][other]
+        if clear is not None:
+            fits &= clear[rows, row]
+    return int(fits.sum()) - 1
+
+
+def startup(scenario: str, overrides: Sequence[str], repeat: int) -> dict[str, float]:
+    """Return median wall times [s] of ``--help`` and of a first plan, each in a new process.
+
+    A first run, which may compile the kernel, is not counted.
+    """
+    plan = _plan(scenario, overrides)
+    _spent(plan)
+    return {
+        key: statistics.median(_spent(words)[0] for _ in range(repeat))
+        for key, words in (("help_s", ["--help"]), ("first_plan_s", plan))
+    }
+
+
+def _plan(scenario: str, overrides: Sequence[str]) -> list[str]:
+    return [
+        "plan",
+        scenario,
+        "--json",
+        *(word for change in overrides for word in ("--set", change)),
+    ]
+
+
+def _spent(arguments: list[str]) -> tuple[float, float]:
+    """Return wall time [s] and peak memory [MiB] of a call of ``gm-ompl``."""
+    started = time.perf_counter()
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen(
+        [sys.executable, "-m", "gm_ompl", *arguments], stdout=quiet, stderr=quiet
+    ) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)  # it has been waited for
+    return time.perf_counter() - started, usage.ru_maxrss / 1024.0
+
+
+def profiled(problem: Problem, time_limit: float) -> dict[str, float]:
+    """Return the shares of A*'s time spent on geometry, decisions, search and the rest.
+
+    Time is counted where it passes, numpy's and compiled code's in the module that calls them.
+    """
+    judge = Judge(problem, KernelBackend(problem))
+    profile = cProfile.Profile()
+    rng = np.random.default_rng(0)
+    profile.runcall(make_planner("astar").solve, problem, judge, Budget(time_limit), rng)
+    spent = dict.fromkeys([*_SHARES, "other"], 0.0)
+    for function, row in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
+        callers = row[4]
+        if _share(function[0]) == "other" and callers:
+            # Code of libraries counts where it is called from.
+            for caller, part in callers.items():
+                spent[_share(caller[0])] += part[2]
+        else:
+            spent[_share(function[0])] += row[2]
+    total = sum(spent.values())
+    return {name: seconds / total for name, seconds in spent.items()}
+
+
+def _share(file: str) -> str:
+    packages = Path(file).parts
+    for name, parts in _SHARES.items():
+        if "gm_ompl" in packages and any(part in packages for part in parts):
+            return name
+    return "other"

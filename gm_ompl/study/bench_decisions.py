@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -42,24 +42,12 @@ class Searched:
     asked: list[Key]
 
 
-@dataclass(frozen=True)
-class Times:
-    """CPU times of the same decisions by three ways [ms].
-
-    Attributes:
-        kernel: per decision, the median of the repetitions, memo off.
-        both_force: those where every finger is force-controlled.
-        kernel_of_sample: of the decisions that HiGHS makes too.
-        highs: with the reference's ``decide_modes``: hopeless mode sets are skipped, and where no
-            finger is force-controlled (6) is solved direction by direction.
-        highs_whole: as Sec. 3.4 is written, see ``as_written``.
-    """
-
-    kernel: list[float]
-    both_force: list[float]
-    kernel_of_sample: list[float] = field(default_factory=list)
-    highs: list[float] = field(default_factory=list)
-    highs_whole: list[float] = field(default_factory=list)
+Times: TypeAlias = dict[str, list[float]]
+"""CPU times of the same decisions by several ways [ms]: "kernel", per decision the median of the
+repetitions, memo off; "both_force", those where every finger is force-controlled; "sample", the
+kernel's where HiGHS decides too; "highs", by the reference's ``decide_modes``, which skips hopeless
+mode sets and, where no finger is force-controlled, solves (6) direction by direction; "whole", as
+Sec. 3.4 is written, see ``as_written``."""
 
 
 def searched(problem: Problem, planner: str, time_limit: float) -> Searched:
@@ -86,7 +74,10 @@ def timed(search: Searched, most: int, with_highs: int, repeat: int) -> Times:
     kernel = np.median([times for times, _ in passes], axis=0).tolist() if drawn else []
     both = [t for t, d in zip(kernel, passes[0][1], strict=True) if _both_force(d)]
     sample = [_one_of_sample(search, key, repeat) for key in spread(drawn, with_highs)]
-    return Times(kernel, both, *([times[way] for times in sample] for way in range(3)))
+    ways = {
+        way: [times[k] for times in sample] for k, way in enumerate(("sample", "highs", "whole"))
+    }
+    return {"kernel": kernel, "both_force": both, **ways}
 
 
 def _one_of_sample(search: Searched, key: Key, repeat: int) -> tuple[float, float, float]:

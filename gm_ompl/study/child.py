@@ -1,4 +1,4 @@
-"""What a forked process does: one run, told through a pipe, and the end."""
+"""What a forked process does: one run, told through a pipe; and how else it may end."""
 
 from __future__ import annotations
 
@@ -6,13 +6,68 @@ import json
 import math
 import os
 import resource
+import signal
 from typing import Any, NoReturn
 
 from gm_ompl.errors import GmOmplError
-from gm_ompl.study.endings import hard_time_limit
+from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.study.run import carry_out
-from gm_ompl.study.task import Task
+from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.warm import compiled_versions, pack
+
+GRACE_S, GRACE_SHARE = 5.0, 0.5
+"""A run is killed this long after its time limit, in seconds and in shares of the limit: a planner
+looks at its clock between steps, and control is made steady after the search."""
+
+MEMORY_GRACE = 1.25
+"""A run is killed beyond this share of its memory limit; the planner itself should stop before."""
+
+FOREIGN = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""Signals that no planner raises by itself: somebody else has ended the run."""
+
+
+def ending(text: bytes | bytearray, verdict: str, status: int) -> dict[str, Any]:
+    """Return how a run ended.
+
+    Args:
+        text: what it told, JSON; empty or cut where it did not come to that.
+        verdict: why the server killed it, or empty.
+        status: of its process, as ``os.wait4`` gives it.
+    """
+    try:
+        told: dict[str, Any] = json.loads(text)
+    except ValueError:
+        told = {}
+    if told:
+        return told
+    if verdict:
+        return {"status": verdict, "message": f"killed: {verdict} limit passed by far"}
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        kind = "killed" if number in FOREIGN else "crash"
+        return {"status": kind, "message": signal.strsignal(number) or f"signal {number}"}
+    return {"status": "crash", "message": f"exit code {os.waitstatus_to_exitcode(status)}"}
+
+
+def hard_time_limit(limits: Limits) -> float:
+    """Return the wall time after which a run is killed [s]."""
+    if limits.time_s is None:
+        return math.inf
+    return limits.time_s * (1.0 + GRACE_SHARE) + GRACE_S
+
+
+def excess(limits: Limits, elapsed: float, pid: int) -> str:
+    """Return which limit a run has passed by far, or an empty string.
+
+    Args:
+        limits: of the run.
+        elapsed: wall time since its start [s].
+        pid: of its process.
+    """
+    if elapsed > hard_time_limit(limits):
+        return "timeout"
+    limit = math.inf if limits.memory_mb is None else MEMORY_GRACE * limits.memory_mb * MEGABYTE
+    return "memory" if resident_memory(pid) > limit else ""
 
 
 def run_and_exit(task: Task, pipe: int) -> NoReturn:

@@ -10,21 +10,28 @@ from __future__ import annotations
 import atexit
 import concurrent.futures
 import ipaddress
+import logging
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from types import ModuleType
 from typing import Any, final
 
 from gm_ompl.errors import GmOmplError, InputError, MissingExtraError
 from gm_ompl.study.task import Task, code_version
-from gm_ompl.study.workers import ATTEMPTS, LocalExecutor, Outcome
+from gm_ompl.study.workers import ATTEMPTS, Executor, LocalExecutor, Outcome
+
+LOCAL, DASK = "local", "dask://"
+"""What users write for an executor; the second goes before an address."""
 
 RECONNECT_S = 120.0
 """How long a lost scheduler is waited for [s]."""
 
 CONNECT_S = 10.0
 """How long one attempt to connect takes at most [s]."""
+
+LOST = (OSError, TimeoutError, concurrent.futures.CancelledError)
+"""How a lost scheduler shows itself; distributed's own closed connections are OSErrors."""
 
 _here = threading.local()
 """On a worker, per thread, its executor."""
@@ -67,7 +74,9 @@ class DaskExecutor:
 
     def __init__(self, address: str) -> None:
         self._dask = _distributed()
-        self.address = secured(address, _tls_configured(self._dask))
+        security = self._dask.Security()
+        tls = (security.tls_ca_file, security.tls_client_cert, security.tls_client_key)
+        self.address = secured(address, all(tls))
         try:
             self._client = self._connect()
         except OSError as error:
@@ -85,7 +94,7 @@ class DaskExecutor:
             try:
                 for number, outcome in self._results(left, losses):
                     yield left.pop(number), outcome
-            except self._dask.lost:
+            except LOST:
                 self._reconnect()
 
     def _results(
@@ -117,11 +126,11 @@ class DaskExecutor:
         """Call back what is still under way; a scheduler that is gone has nothing to forget."""
         try:
             self._client.cancel([future for future in sent if not future.done()], force=True)
-        except self._dask.lost:
+        except LOST:
             return
 
     def _connect(self) -> Any:
-        return self._dask.module.Client(
+        return self._dask.Client(
             self.address, timeout=CONNECT_S, set_as_default=False, name="gm-ompl"
         )
 
@@ -146,7 +155,7 @@ class DaskExecutor:
         """Leave the cluster; it stays up."""
         try:
             self._client.close(timeout=CONNECT_S)
-        except self._dask.lost:
+        except LOST:
             return
 
 
@@ -206,26 +215,26 @@ def _loopback(host: str) -> bool:
         return False
 
 
-@final
-class _Distributed:
-    """What is used of distributed, and the errors that a lost scheduler shows itself by."""
-
-    def __init__(self, module: ModuleType) -> None:
-        self.module = module
-        self.as_completed: Callable[..., Any] = module.as_completed
-        # Of the module's own, closed connections are OSErrors.
-        self.lost = (OSError, TimeoutError, concurrent.futures.CancelledError)
-
-
-def _distributed() -> _Distributed:
+def _distributed() -> ModuleType:
     try:
         import distributed
     except ImportError:
         raise MissingExtraError("dask.distributed", "cluster") from None
-    return _Distributed(distributed)
+    # What its log says of lost connections is said here.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    module: ModuleType = distributed
+    return module
 
 
-def _tls_configured(dask: _Distributed) -> bool:
-    """Whether dask's configuration has the certificates that a client needs."""
-    security = dask.module.Security()
-    return bool(security.tls_ca_file and security.tls_client_cert and security.tls_client_key)
+def make_executor(where: str) -> Executor:
+    """Return the executor called ``where``.
+
+    Raises:
+        InputError: it is neither ``local`` nor ``dask://ADDRESS``, or there is no cluster there.
+        MissingExtraError: dask.distributed is not installed.
+    """
+    if where == LOCAL:
+        return LocalExecutor()
+    if where.startswith(DASK) and len(where) > len(DASK):
+        return DaskExecutor(where.removeprefix(DASK))
+    raise InputError(f"--executor {where}: must be {LOCAL} or {DASK}HOST:PORT")

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import gm_ompl
-from gm_ompl.errors import GmOmplError
+from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.store import Record
-from gm_ompl.study.summary import by_scenario
+from gm_ompl.study.summary import grouped
+from gm_ompl.writing import whole, write_text
 
 STATUSES = (
     "Unknown status", "Invalid start", "Invalid goal", "Unrecognized goal type", "Timeout",
@@ -69,14 +70,16 @@ def write_benchmark(
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = []
-    for scenario, planners in by_scenario(records).items():
+    for scenario, planners in grouped(records, str).items():
         # Different names may become one file name: the key keeps them apart.
         key = next(iter(planners.values()))[0].scenario_key[:8]
         path = folder / f"{_word(scenario).replace('/', '-')}-{key}.log"
-        path.write_text("\n".join(_log(scenario, planners, optima)) + "\n", encoding="utf-8")
+        write_text(path, "\n".join(_log(scenario, planners, optima)) + "\n")
         logs.append(path)
     database = folder / "benchmark.db"
-    _make_database(logs, database)
+    with whole(database) as part:
+        part.unlink()  # the script would look for its tables in it
+        _make_database(logs, part)
     return (*logs, database)
 
 
@@ -87,6 +90,8 @@ def _make_database(logs: Iterable[Path], database: Path) -> None:
         [*command, *map(str, logs)], capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONUTF8": "1"},
     )  # fmt: skip
+    if re.search("disk is full|disk I/O error", done.stderr):
+        raise InputError(f"cannot write {database.parent}: no space is left for the database")
     if done.returncode:
         raise GmOmplError(f"OMPL's statistics script failed on the logs: {done.stderr.strip()}")
 

@@ -11,6 +11,7 @@ from typing import Any, get_args, get_type_hints
 
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.store import Record
+from gm_ompl.writing import whole
 
 
 def write_parquet(records: Sequence[Record], path: Path) -> None:
@@ -25,7 +26,8 @@ def write_parquet(records: Sequence[Record], path: Path) -> None:
     arrow, parquet = _pyarrow()
     schema = arrow.schema([(name, _type(arrow, name, hint)) for name, hint in _hints().items()])
     rows = [{name: _value(name, getattr(run, name)) for name in schema.names} for run in records]
-    parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), path)
+    with whole(path) as part:
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), part)
 
 
 def _pyarrow() -> tuple[ModuleType, ModuleType]:

@@ -1,10 +1,10 @@
-"""A comparison as one HTML page that needs no network: the only import of plotly."""
+"""Comparisons and tunings as HTML pages that need no network: the only import of plotly."""
 
 from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
@@ -22,6 +22,7 @@ from gm_ompl.study.summary import (
     ratios,
     summarise,
 )
+from gm_ompl.study.tuning import Tuned
 
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999933",
@@ -51,22 +52,26 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
         MissingExtraError: plotly is not installed.
     """
     go = plotly()
-    parts = [
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Comparison of planners</title><style>{_STYLE}</style></head><body>",
-        "<h1>Comparison of planners</h1>",
+    parts: list[Any] = [
         _summary_table(summarise(records, optima)),
         _difference_table(differences(records, optima)),
     ]
-    library: bool = True  # the page holds plotly once, before its first chart
     for scenario, planners in grouped(records).items():
-        parts.append(f"<h2>{html.escape(scenario)}</h2>")
-        for figure in _figures(go, planners, optima):
-            parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
-            library = False
-    for figure in _scaling(go, records):
-        parts.append(figure.to_html(full_html=False, include_plotlyjs=library))
-    return "\n".join([*parts, "</body></html>\n"])
+        parts += [f"<h2>{html.escape(scenario)}</h2>", *_charts(go, planners, optima)]
+    return _page("Comparison of planners", [*parts, *_scaling(go, records)])
+
+
+def _page(title: str, parts: Iterable[Any]) -> str:
+    """Return a page of HTML and charts; it holds plotly once, before its first chart."""
+    library, body = True, []
+    for part in parts:
+        if not isinstance(part, str):
+            part, library = part.to_html(full_html=False, include_plotlyjs=library), False
+        body.append(part)
+    name = html.escape(title)
+    head = f"<head><meta charset='utf-8'><title>{name}</title><style>{_STYLE}</style></head>"
+    top = f"<!doctype html><html lang='en'>{head}<body><h1>{name}</h1>"
+    return "\n".join([top, *body, "</body></html>\n"])
 
 
 def plotly(extra: str = "plot") -> ModuleType:
@@ -83,7 +88,7 @@ def plotly(extra: str = "plot") -> ModuleType:
     return module
 
 
-def _figures(
+def _charts(
     go: ModuleType, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
 ) -> Iterator[Any]:
     """Yield a scenario's charts: success over time, cost over time, cost ratio."""
@@ -107,7 +112,7 @@ def _figures(
     for figure, title, x, y in (
         (success, "Share of runs with a plan", "time [s]", "share"),
         (cost, "Cost of the best plan: median and quartiles of the runs", "time [s]", "cost"),
-        (ratio, "Cost over the proven optimum", "", "ratio"),
+        (ratio, "Cost over the optimum proven on the lattice", "", "ratio"),
     ):
         figure.update_layout(title=title, xaxis_title=x, yaxis_title=y, height=380)
         yield figure
@@ -172,16 +177,15 @@ def _summary_table(rows: Sequence[Summary]) -> str:
     head = ("scenario", "planner", "runs", "with a plan", "first plan [s], median", "cost, median",
             "cost / optimum", "regrasps", "least z", "mode decisions", "peak [MiB]",
             "other ends")  # fmt: skip
-    cells = [
-        (
-            row.scenario, row.planner, str(row.runs), f"{row.success:.0%}",
-            *map(figure, (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z,
-                          row.decisions, row.peak_mb)),
-            other_ends(row),
-        )
-        for row in rows
-    ]  # fmt: skip
-    return _table("Runs", head, cells)
+    return _table("Runs", head, [(row.scenario, row.planner, *figures(row)) for row in rows])
+
+
+def figures(row: Summary) -> tuple[str, ...]:
+    """Return a summary's figures as text, from the number of runs to how else they ended."""
+    numbers = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.decisions)
+    others = ", ".join(f"{count} {status}" for status, count in row.others.items())
+    success, peak = f"{row.success:.0%}", f"{row.peak_mb:.0f}"
+    return (str(row.runs), success, *map(figure, numbers), peak, others or "-")
 
 
 def _difference_table(rows: Sequence[Difference]) -> str:
@@ -206,6 +210,21 @@ def figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with few digits and thousands separated; a dash for None."""
+    if value is None:
+        return "-"
+    if isinstance(value, int) or abs(value) >= 10**digits:
+        return f"{value:,.0f}"
+    return f"{value:.{digits}g}"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Return a Markdown table."""
+    lines = [list(head), ["---"] * len(head), *[[str(cell) for cell in row] for row in rows]]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
 def interval(difference: Difference) -> str:
     """Return the interval of a difference; marked where it leaves out zero."""
     if difference.low is None and difference.high is None:
@@ -214,6 +233,55 @@ def interval(difference: Difference) -> str:
     return f"{figure(difference.low)} to {figure(difference.high)}{mark}"
 
 
-def other_ends(summary: Summary) -> str:
-    """Return how many runs ended otherwise than with a plan or without budget."""
-    return ", ".join(f"{count} {status}" for status, count in summary.others.items()) or "-"
+def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
+    """Return the page: history of the trials, importance of the parameters, and the gains.
+
+    Args:
+        tuned: what was found.
+        measures: of the objective, in the order of the trials' values.
+        title: of the page.
+
+    Raises:
+        MissingExtraError: plotly is not installed.
+    """
+    lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
+    return _page(title, [*lines, *_figures(plotly("tune"), tuned, measures)])
+
+
+def gain_lines(tuned: Tuned) -> Iterator[str]:
+    """Yield what the winner gains on the held-out scenarios, a line per measure."""
+    for name, gain in tuned.gains.items():
+        verdict = "better" if gain.supported else "worse" if gain.high < 1.0 else "not told apart"
+        yield (
+            f"held out, {name}: {gain.factor:.3g} times less than with the defaults "
+            f"(95% interval {gain.low:.3g} to {gain.high:.3g}: {verdict}); "
+            f"with a plan {gain.solved[0]:.0%} before, {gain.solved[1]:.0%} tuned"
+        )
+
+
+def _figures(go: ModuleType, tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
+    values = np.array([trial.values for trial in tuned.trials])
+    texts = [html.escape(str(trial.parameters)) for trial in tuned.trials]
+    for column, measure in enumerate(measures):
+        history = go.Figure()
+        history.add_scatter(y=values[:, column].tolist(), mode="markers", name="trial", text=texts)
+        best = np.minimum.accumulate(values[:, column]).tolist()
+        history.add_scatter(y=best, mode="lines", name="best so far")
+        history.update_layout(title=f"History: {measure} (geometric mean), trial 0 has the "
+                              "defaults", xaxis_title="trial", yaxis_title=measure)  # fmt: skip
+        yield history
+    if len(measures) == 2:
+        front = go.Figure()
+        front.add_scatter(x=values[:, 0].tolist(), y=values[:, 1].tolist(), mode="markers",
+                          name="trial", text=texts)  # fmt: skip
+        chosen = values[list(tuned.front)]
+        front.add_scatter(x=chosen[:, 0].tolist(), y=chosen[:, 1].tolist(), mode="markers",
+                          name="beaten by none")  # fmt: skip
+        front.update_layout(title="Both measures", xaxis_title=measures[0],
+                            yaxis_title=measures[1])  # fmt: skip
+        yield front
+    shares = tuned.importances
+    bars = go.Figure(go.Bar(x=list(shares.values()), y=list(shares), orientation="h"))
+    bars.update_layout(title=f"Importance: share of the differences in {measures[0]} that each "
+                       "parameter explains alone", xaxis_range=[0, 1])  # fmt: skip
+    yield bars

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gm_ompl import api
-from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Progress
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
@@ -56,13 +56,6 @@ def facts(plan: Plan) -> dict[str, Any]:
     spent = plan.statistics
     costs = [(time, cost) for time, cost, _ in spent.history if cost is not None]
     first = costs[0][0] if costs else spent.time_s
-    margins = [step.z for step in plan.steps if not isinstance(step, DisplacementStep)]
-    margins += [
-        segment.z
-        for step in plan.steps
-        if isinstance(step, DisplacementStep)
-        for segment in step.segments
-    ]
     return {
         "status": plan.status,
         "cost": plan.cost,
@@ -71,7 +64,7 @@ def facts(plan: Plan) -> dict[str, Any]:
         "first_plan_s": None if plan.cost is None else first,
         "search_s": spent.time_s,
         "regrasps": plan.regrasps,
-        "least_z": min(margins, default=None),
+        "least_z": plan.least_z,
         "mode_decisions": spent.mode_decisions,
         "iterations": spent.expanded,
         "history": [list(entry) for entry in spent.history],

@@ -20,8 +20,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any, final
 
-from gm_ompl.study.child import run_and_exit
-from gm_ompl.study.endings import ending, excess
+from gm_ompl.study.child import ending, excess, run_and_exit
 from gm_ompl.study.task import Task
 from gm_ompl.study.warm import load, warm_up
 

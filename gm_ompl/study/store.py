@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import InputError
+from gm_ompl.reading import Kind, check_ordinary
 
 History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
-
-FOUND = ("solved", "interrupted")
-"""Statuses under which a run may have a plan."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,8 @@ class Record:
         return self.cost is not None
 
 
+KIND = Kind("store of runs", "SQLite, as compare and tune write it", 2**40)
+
 _COLUMNS = tuple(field.name for field in fields(Record))
 _JSON = ("parameters", "history")
 _CREATE = f"""CREATE TABLE IF NOT EXISTS runs
@@ -109,25 +110,20 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
+        if os.path.lexists(path):
+            check_ordinary(path, KIND)
+        with _named(path):
             self._connection = sqlite3.connect(path, timeout=30.0, isolation_level=None)
             self._connection.execute("PRAGMA journal_mode=WAL")
             self._connection.execute(_CREATE)
             have = tuple(row[1] for row in self._connection.execute("PRAGMA table_info(runs)"))
-        except sqlite3.Error as error:
-            raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
         if have != _COLUMNS:
             raise InputError(f"{path}: holds runs of another version; name another folder")
 
     def __enter__(self) -> Store:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._connection.close()
 
     def add(self, record: Record) -> None:
@@ -137,21 +133,39 @@ class Store:
             for name in _COLUMNS
         ]
         marks = ",".join("?" * len(_COLUMNS))
-        self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
+        with _named(self.path):
+            self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
 
     def get(self, keys: Iterable[str]) -> dict[str, Record]:
         """Return the stored ones of the runs with these keys."""
-        found = {}
-        for key in keys:
-            row = self._connection.execute("SELECT * FROM runs WHERE key = ?", (key,)).fetchone()
-            if row is not None:
-                found[key] = _record(row)
-        return found
+        select = "SELECT * FROM runs WHERE key = ?"
+        records = (record for key in keys for record in self._select(select, (key,)))
+        return {record.key: record for record in records}
 
     def all(self) -> tuple[Record, ...]:
         """Return every stored run, in the order in which they finished."""
-        rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid")
-        return tuple(_record(row) for row in rows)
+        return tuple(self._select("SELECT * FROM runs ORDER BY rowid"))
+
+    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[Record]:
+        try:
+            return [_record(row) for row in self._connection.execute(command, values)]
+        except (sqlite3.Error, ValueError, TypeError) as error:
+            raise InputError(
+                f"{self.path}: is damaged ({error}); name another folder, or delete the file"
+            ) from None
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file where SQLite cannot write it: a full disk, another file.
+
+    Raises:
+        InputError: that is so.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
 
 
 def _record(row: tuple[Any, ...]) -> Record:

@@ -93,23 +93,19 @@ ORDINARY = ("solved", "budget")
 Groups: TypeAlias = dict[str, dict[str, list[Record]]]
 
 
-def by_scenario(records: Sequence[Record]) -> Groups:
-    """Return the runs by scenario and planner, both in the order of their first run."""
-    return _grouped(records, lambda name: name)
-
-
-def grouped(records: Sequence[Record]) -> Groups:
-    """Return the runs by scenario, or random family, and planner, in the order of first runs."""
-    return _grouped(records, family)
-
-
 def family(scenario: str) -> str:
     """Return a random scenario's family; the name of any other."""
     found = FAMILY.fullmatch(scenario)
     return found[1] if found else scenario
 
 
-def _grouped(records: Sequence[Record], group: Callable[[str], str]) -> Groups:
+def grouped(records: Sequence[Record], group: Callable[[str], str] = family) -> Groups:
+    """Return the runs by group of scenarios and planner, in the order of first runs.
+
+    Args:
+        records: the runs.
+        group: gives a scenario's group; its random family where it has one.
+    """
     groups: Groups = {}
     for record in records:
         groups.setdefault(group(record.scenario), {}).setdefault(record.planner, []).append(record)

@@ -14,11 +14,8 @@ import gm_ompl
 
 Json: TypeAlias = dict[str, Any]
 
-RECORDED = 2
-"""Raised where what a run records changes its meaning: stored runs are then made anew."""
-
 WITHOUT_INFLUENCE = ("app", "study")
-"""Packages whose sources do not change what a run finds."""
+"""Packages whose sources do not change what a run finds, but for what it records of itself."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ class Task:
         Args:
             code: the code's version; that of the installed code where None.
         """
-        return _hash({**self.to_dict(), "code": code or code_version(), "recorded": RECORDED})
+        return _hash({**self.to_dict(), "code": code or code_version()})
 
     def to_dict(self) -> Json:
         """Return the task as plain values."""
@@ -94,6 +91,6 @@ def code_version() -> str:
     package = Path(__file__).resolve().parents[1]
     for source in sorted(package.rglob("*.py")):
         place = source.relative_to(package)
-        if place.parts[0] not in WITHOUT_INFLUENCE:
+        if place.parts[0] not in WITHOUT_INFLUENCE or place.name == "run.py":
             digest.update(f"{place.as_posix()}\0".encode() + source.read_bytes())
     return f"{gm_ompl.__version__}+{digest.hexdigest()[:12]}"

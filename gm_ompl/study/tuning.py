@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,8 +22,10 @@ import numpy as np
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.planners.parameters import Parameter, Value
 from gm_ompl.planners.registry import PLANNERS, make_planner
+from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
+from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits, Task, code_version
@@ -91,8 +93,11 @@ class Design:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+JOURNAL = Kind("journal of trials", "JSON lines, as tune writes it", 2**30)
+
+
 @dataclass(frozen=True)
-class Trial:
+class Tried:
     """A finished trial: its parameters, and its value of every measure of the objective."""
 
     parameters: Values
@@ -111,7 +116,7 @@ class Tuned:
         gains: per measure, the winner against the defaults on the held-out scenarios.
     """
 
-    trials: tuple[Trial, ...]
+    trials: tuple[Tried, ...]
     best: int
     front: tuple[int, ...]
     importances: Mapping[str, float]
@@ -136,20 +141,24 @@ def tune(
         MissingExtraError: optuna is not installed.
     """
     optuna = _optuna()
-    study = _study(optuna, design, journal)
+    with writing_journal(journal):
+        study = _study(optuna, design, journal)
     base = compare(design.tasks({}), store, executor)
     finished = _finished(optuna, study)
     while len(finished) < design.trials:
         if watch is not None:
             watch(len(finished), design.trials)
-        trial = _ask(optuna, study, design, len(finished))
-        values = _suggested(trial, PLANNERS[design.planner].parameters)
+        with writing_journal(journal):
+            trial = _ask(optuna, study, design, len(finished))
+            values = _suggested(trial, PLANNERS[design.planner].parameters)
         records = compare(design.tasks(values), store, executor)
-        study.tell(trial, [score(name, records, base) for name in OBJECTIVES[design.objective]])
+        scores = [score(name, records, base) for name in OBJECTIVES[design.objective]]
+        with writing_journal(journal):
+            study.tell(trial, scores)
         finished = _finished(optuna, study)
     if watch is not None:
         watch(len(finished), design.trials)
-    trials = tuple(Trial(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
+    trials = tuple(Tried(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
     front = _front(trials)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
     return Tuned(trials, best, front, importances(trials), _gains(
@@ -165,7 +174,7 @@ def _gains(design: Design, parameters: Values, store: Store, executor: Executor)
     return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
 
 
-def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
+def _front(trials: Sequence[Tried]) -> tuple[int, ...]:
     """Return the places of the trials that no other beats or equals in every measure."""
 
     def beaten(place: int) -> bool:
@@ -181,14 +190,25 @@ def _front(trials: Sequence[Trial]) -> tuple[int, ...]:
 
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
-    """Open or begin the study; a trial that was under way when it was killed is given up."""
-    backend = optuna.storages.journal.JournalFileBackend(str(journal))
-    study = optuna.create_study(
-        storage=optuna.storages.JournalStorage(backend),
-        study_name=design.key,
-        directions=["minimize"] * len(OBJECTIVES[design.objective]),
-        load_if_exists=True,
-    )
+    """Open or begin the study; a trial that was under way when it was killed is given up.
+
+    Raises:
+        InputError: there is a journal that cannot be read.
+    """
+    if os.path.lexists(journal):
+        check_ordinary(journal, JOURNAL)
+    backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))
+    try:
+        study = optuna.create_study(
+            storage=optuna.storages.JournalStorage(backend),
+            study_name=design.key,
+            directions=["minimize"] * len(OBJECTIVES[design.objective]),
+            load_if_exists=True,
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:  # whatever its lines say
+        raise InputError(
+            f"{journal}: is damaged ({error}); name another -o, or delete the file"
+        ) from None
     state = optuna.trial.TrialState
     for trial in study.get_trials(states=(state.RUNNING,)):
         study.tell(trial.number, state=state.FAIL)
@@ -225,7 +245,7 @@ def _suggested(trial: Any, parameters: Sequence[Parameter]) -> Values:
     return values
 
 
-def importances(trials: Sequence[Trial]) -> dict[str, float]:
+def importances(trials: Sequence[Tried]) -> dict[str, float]:
     """Return, per parameter, how much of the first measure it explains alone; largest first.
 
     That is the share of the variance of the measure's logarithm that a parabola in the parameter's
@@ -250,6 +270,6 @@ def _optuna() -> ModuleType:
         import optuna
     except ImportError:
         raise MissingExtraError("optuna", "tune") from None
-    optuna.logging.set_verbosity(logging.WARNING)
+    optuna.logging.disable_default_handler()  # what matters is said here
     module: ModuleType = optuna
     return module

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -99,6 +100,26 @@ def test_infeasible_ends_with_3_and_writes_the_file(tmp_path: Path) -> None:
     assert (plan["status"], plan["cost"], plan["steps"]) == ("infeasible", None, [])
 
 
+def test_what_is_proven_is_proven_on_the_lattice(tmp_path: Path) -> None:
+    """Every verb that says "optimal" or "infeasible" says where: plan, check, explain, view."""
+    path, page = tmp_path / "plan.json", tmp_path / "page.html"
+    bad = ("--set", "mechanics.z_min=1000")
+    said = [
+        invoke("plan", "paper/slide", *SMALL, "-o", path, "--html", page).output,
+        invoke("check", path).output,
+        page.read_text(encoding="utf-8").replace("meshcat", ""),
+    ]
+    said += [
+        invoke("plan", "paper/slide", *SMALL, *bad, "-o", path).output,
+        invoke("check", path).output,
+        invoke("explain", "paper/slide", *SMALL, *bad, "--time-limit", 2).output,
+    ]
+    for text in said:
+        assert re.search(
+            r"(optimal|infeasible|exists|none exists) on the (scenario's )?lattice", text
+        )
+
+
 def test_spent_budget_ends_with_4_and_writes_the_file(tmp_path: Path) -> None:
     """A budget spent without a plan: exit code 4, a bound in the file."""
     path = tmp_path / "plan.json"
@@ -128,7 +149,7 @@ def test_spent_budget_ends_with_4_and_writes_the_file(tmp_path: Path) -> None:
         (["plan", "paper/slide", "--set", "fingers.cuont=1"], "count"),
         (["plan", "paper/slide", "--params", "no-such-file.json"], "no-such-file.json"),
         (["plan", "paper/slide", "-o", "no-such-folder/plan.json"], "no-such-folder"),
-        (["plan", "paper/slide", "-o", "/dev/null"], "regular file"),
+        (["plan", "paper/slide", "-o", "/"], "is a folder"),
         (["check", "no-such-file.json"], "no-such-file.json"),
         (["chekc", "plan.json"], "chekc"),
     ],

@@ -69,6 +69,10 @@ def _then_total(tamper: Callable[[Draft], object]) -> Callable[[Draft], object]:
     return both
 
 
+def _repeat_segments(draft: Draft, more: int) -> None:
+    draft["steps"][1]["segments"] += draft["steps"][1]["segments"][:more]
+
+
 def _reverse(draft: Draft) -> None:
     step = draft["steps"][0]
     step["from"], step["to"] = step["to"], step["from"]
@@ -176,7 +180,9 @@ CASES: dict[str, Case] = {
         lambda d: d["steps"].insert(0, d["steps"].pop(1)), 0, "start", "[0.25]"
     ),
     "steps merged over a piece boundary": Case(_merge_pieces, 1, "coordinates", "boundary at 0.5"),
-    "too few segments": Case(lambda d: d["steps"][1]["segments"].pop(), 1, "segments", "least 3"),
+    "too few segments": Case(lambda d: d["steps"][1]["segments"].pop(), 1, "segments", "exactly 3"),
+    "a segment too many": Case(lambda d: _repeat_segments(d, 1), 1, "segments", "exactly 3"),
+    "twice the segments": Case(lambda d: _repeat_segments(d, 3), 1, "segments", "exactly 3"),
     "no segments": Case(put("steps.1.segments", []), 1, "segments", "0 segments"),
     "wrong start": Case(_then_total(lambda d: d["steps"].pop(0)), 0, "start", "[0.25]"),
     "wrong goal": Case(_then_total(lambda d: d["steps"].pop()), 2, "goal", "[0.5]"),

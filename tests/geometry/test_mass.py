@@ -5,9 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gm_ompl.geometry.mass import at_centre_of_mass, mass_properties
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
+from gm_ompl.geometry.solids import Body, ConvexPiece, at_centre_of_mass, box, hull, mass_properties
 
 RandomHull = Callable[[np.random.Generator, float], ConvexPiece]
 RandomPose = Callable[[np.random.Generator, float], Pose]

@@ -12,9 +12,8 @@ import trimesh
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
-from gm_ompl.geometry.mass import mass_properties, volume
 from gm_ompl.geometry.mesh import MAX_FACES, read_mesh
-from gm_ompl.geometry.solids import Body, box, hull
+from gm_ompl.geometry.solids import Body, box, hull, mass_properties, volume
 from gm_ompl.geometry.surface import face_areas, placements
 from gm_ompl.geometry.triangles import TriangleMesh, checked, planar_faces
 
@@ -236,3 +235,18 @@ def test_a_file_that_is_no_mesh_and_one_without_end(tmp_path: Path) -> None:
         GeometryError, match=r"far\.obj: a coordinate is no number, or beyond 1e\+15"
     ):
         read_mesh(far, scale=1e12)
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply"])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 2.0**40, 1e14, 1e30, 1e37])
+def test_a_file_in_whatever_unit_is_the_same_body(suffix: str, size: float, tmp_path: Path) -> None:
+    """Coordinates so large that trimesh would merge them all are merged right, or refused."""
+    path, cube = tmp_path / f"cube{suffix}", trimesh.creation.box((1.0, 1.0, 1.0))
+    cube.apply_scale(size)
+    cube.export(path)
+    mesh = read_mesh(path, scale=1.0 / size)
+    assert (len(mesh.vertices), len(mesh.faces)) == (8, 12)
+    assert np.ptp(mesh.vertices, axis=0) == pytest.approx([1.0, 1.0, 1.0], rel=1e-6)
+    if size > 1e15:
+        with pytest.raises(GeometryError, match="beyond"):
+            read_mesh(path)

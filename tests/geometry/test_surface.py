@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
-from gm_ompl.geometry.surface import placements
+from gm_ompl.geometry.surface import PlacementTable, placements
 
 RandomHull = Callable[[np.random.Generator, float], ConvexPiece]
 

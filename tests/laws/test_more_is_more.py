@@ -10,9 +10,8 @@ import pytest
 
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.contact.state import ContactState, Instant
-from gm_ompl.geometry.mass import mass_properties
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.geometry.solids import Body, hull
+from gm_ompl.geometry.solids import Body, hull, mass_properties
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import instant_columns
 from gm_ompl.problem import Environment

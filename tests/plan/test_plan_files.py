@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from hypothesis import strategies as st
 from gm_ompl.errors import PlanFileError
 from gm_ompl.plan import Plan, SegmentRecord, Statistics
 from gm_ompl.plan import files as plan_files
-from gm_ompl.plan.files import dumps, key_path, locate
+from gm_ompl.plan.files import dumps
+from gm_ompl.plan.places import key_path, locate
 from gm_ompl.plan.schema import plan_schema, shipped_schema
 
 Tamper = Callable[[dict[str, Any]], object]
@@ -196,10 +198,10 @@ def test_every_mistake_is_named_at_once(document: dict[str, Any], tmp_path: Path
 
 NOT_PLANS = {
     "empty": (b"", "empty"),
-    "cut off": (b'{"format": "gm-ompl-plan/1", ', ":1:30: not valid JSON"),
+    "cut off": (b'{"format": "gm-ompl-plan/2", ', ":1:30: not valid JSON"),
     "a list": (b"[]", "one JSON object"),
     "other JSON": (b'{"a": 1}', "format"),
-    "binary": (b"\x89PNG\xff\x00", "not a text file"),
+    "binary": (b"\x89PNG\xff\x00", "is not UTF-8 text"),
     "key twice": (b'{"format": "gm-ompl-plan/2", "a": 1, "a": 2}', "twice"),
     "deep": (b"[" * 200_000, "nested too deeply"),
     "long number": (b'{"seed": ' + b"9" * 10_000 + b"}", "too long a number"),
@@ -219,8 +221,8 @@ def test_what_is_no_plan_is_refused(tmp_path: Path, name: str) -> None:
 
 def test_unreadable_paths_are_refused(tmp_path: Path) -> None:
     """A path that is missing, or a folder, is a PlanFileError."""
-    for path in (tmp_path / "missing.json", tmp_path):
-        with pytest.raises(PlanFileError, match="cannot be read"):
+    for path, words in ((tmp_path / "missing.json", "no such file"), (tmp_path, "is a folder")):
+        with pytest.raises(PlanFileError, match=words):
             Plan.load(path)
 
 
@@ -230,8 +232,8 @@ def test_a_huge_file_is_not_read(
     """A file above the limit is refused before its content is read."""
     file = tmp_path / "plan.json"
     plan.save(file)
-    monkeypatch.setattr(plan_files, "MAX_BYTES", 100)
-    with pytest.raises(PlanFileError, match="up to 100 bytes"):
+    monkeypatch.setattr(plan_files, "KIND", dataclasses.replace(plan_files.KIND, most=100))
+    with pytest.raises(PlanFileError, match="at most 100 bytes"):
         Plan.load(file)
 
 
@@ -254,7 +256,7 @@ def test_saving_is_whole_or_not_at_all(
 
 def test_saving_where_there_is_no_folder(plan: Plan, tmp_path: Path) -> None:
     """A folder that does not exist is a PlanFileError."""
-    with pytest.raises(PlanFileError, match="cannot be written"):
+    with pytest.raises(PlanFileError, match="cannot write"):
         plan.save(tmp_path / "nowhere" / "plan.json")
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from gm_ompl.arrays import Array
 from gm_ompl.planners.astar import BestFirstSearch, Found
+from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Budget, Status
 
 
@@ -80,7 +81,7 @@ class RandomGraph:
 
 
 def search(graph: RandomGraph, budget: Budget | None = None) -> Found:
-    return BestFirstSearch(graph, (budget or Budget()).start(), lambda _: None).run()
+    return BestFirstSearch(graph, Log((budget or Budget()).start())).run()
 
 
 @pytest.mark.parametrize("zero_costs", [False, True])
@@ -144,8 +145,9 @@ def test_an_interrupt_keeps_what_is_known() -> None:
         return judged(tail, head)
 
     graph.judge = interrupt  # type: ignore[method-assign]
-    found = search(graph)
+    log = Log(Budget().start())
+    found = BestFirstSearch(graph, log).run()
     assert found.status is Status.INTERRUPTED
     assert 0.0 <= found.lower_bound <= graph.optimum
     assert found.generated > 0
-    assert found.history[-1][2] == found.lower_bound
+    assert log.history[-1][2] == found.lower_bound

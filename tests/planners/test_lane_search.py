@@ -20,7 +20,7 @@ from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import LIFTED
 from gm_ompl.moves import Regrasp
 from gm_ompl.planners import lane_search, lane_sources
-from gm_ompl.planners.lane_planner import has_lanes
+from gm_ompl.planners.lattice_astar import has_lanes
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Placements, Problem

@@ -18,8 +18,7 @@ import gm_ompl
 from gm_ompl.errors import UnsoundPlannerError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl_planners import OMPL_PLANNERS
-from gm_ompl.planners.ompl_soundness import UNSOUND
+from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND
 from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Goal
@@ -27,7 +26,7 @@ from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.scenario.load import load
 
 SMALL = ["fingers.placements.grid=[3, 3]", "lattice.segments=4"]
-NAMES = [planner.name for planner in OMPL_PLANNERS]
+NAMES = list(OMPL_PLANNERS)
 
 
 @pytest.fixture(autouse=True)

@@ -117,7 +117,7 @@ def test_one_force_controlled_finger_changes_its_force_least() -> None:
     assert exact * (1 - 1e-9) <= found <= exact + 1e-3 * force_changes(problem, before)
 
 
-def _range(problem: Problem, instant: steady.Instant) -> tuple[float, float]:
+def _range(problem: Problem, instant: steady.Controlled) -> tuple[float, float]:
     decision = instant.decision
     (best,) = [f for f in decision.f_com if f is not None]
     least = max(decision.z * (1 - steady.LEAST), problem.mechanics.z_min)

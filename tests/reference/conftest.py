@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.state import ContactState, Instant
-from gm_ompl.geometry.placements import PlacementTable
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.solids import box as box_piece
-from gm_ompl.geometry.surface import placements
+from gm_ompl.geometry.surface import PlacementTable, placements
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards

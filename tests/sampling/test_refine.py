@@ -13,7 +13,7 @@ import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.moves import Move, Regrasp
 from gm_ompl.plan.model import Plan
-from gm_ompl.planners.hybrid_refine import refine
+from gm_ompl.planners.hybrid_planners import refine
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem

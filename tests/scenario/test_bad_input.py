@@ -157,6 +157,16 @@ PATH_CASES = [
         "fingers.start.1", "same place as finger 0"),
     Bad("faces: all}", "faces: [+x]}\n  goal: [any, {face: -x, cell: [0, 0]}]", 13,
         "fingers.goal.1.face", "not among fingers.placements.faces (+x)"),
+    # No placement left, and a placement that is not left.
+    Bad("faces: all", "margin: 2.51", 12, "fingers.placements.margin", "must be at most 2.5"),
+    Bad("faces: all", "faces: [+z, -z], margin: 9", 12, "fingers.placements.margin",
+        "must be at most 2.5"),
+    Bad("[7, 7], faces: all", "[2, 2], margin: 2", 12, "fingers.placements.margin",
+        "with this grid and these faces it must be at most 1.25"),
+    Bad("faces: all", "smallest_face: 0.3", 12, "fingers.placements.smallest_face",
+        "largest has 0.2 of the surface"),
+    Bad("faces: all}", "margin: 1}\n  start: [any, {face: +x, cell: [1, 0]}]", 13,
+        "fingers.start.1", "the nearest cell with one is [1, 1]"),
     # YAML itself.
     Bad("mass: 1", "mass: !!float 1", 5, "object.mass", "tag"),
     Bad("mass: 1", "mass: !!python/object/apply:os.getpid []", 5, "object.mass", "tag"),

@@ -116,7 +116,7 @@ def test_folders_devices_missing_and_huge_files(tmp_path: Path) -> None:
     for path, message in (
         (tmp_path, "is a folder"),
         (fifo, "not an ordinary file"),
-        (huge, "at most 20 MiB"),
+        (huge, "at most 8 MiB"),
         (tmp_path / "none.yaml", "no such file"),
         (huge / "below.yaml", "cannot be read|no such file"),
         (tmp_path / ("x" * 5000 + ".yaml"), "cannot be read"),

@@ -18,7 +18,7 @@ from gm_ompl.motion.motion import Motion
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.document import dump, parse
 from gm_ompl.scenario.load import load, shipped
-from gm_ompl.scenario.scenario import Scenario, build
+from gm_ompl.scenario.scenario import Scenario
 
 NAMES = (*shipped(), *(f"random/{f}/{k}" for f in ("chain", "planar", "small") for k in range(6)))
 
@@ -28,7 +28,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return (value.shape, value.tobytes())
     if isinstance(value, Motion):
-        return {key: plain(part) for key, part in vars(value).items()}
+        # Poses that are remembered are no part of what a motion is.
+        return {key: plain(part) for key, part in vars(value).items() if key != "_known"}
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, (tuple, list)):
@@ -57,7 +58,7 @@ def test_saved_as_yaml_or_json_it_is_the_identical_problem(name: str, tmp_path: 
         assert same(again.problem, scenario.problem)
         assert again.resolved() == resolved
     direct = Scenario.from_resolved(resolved)
-    assert same(build(direct), scenario.problem)
+    assert same(direct.problem, scenario.problem)
 
 
 def test_the_comparison_sees_a_difference() -> None:

@@ -6,8 +6,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
-from gm_ompl.scenario.model import ScenarioModel
-from gm_ompl.scenario.schema import json_schema, json_schema_text
+from gm_ompl.scenario.model import ScenarioModel, json_schema, json_schema_text
 
 
 def test_the_shipped_schema_is_current() -> None:

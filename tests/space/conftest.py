@@ -9,7 +9,7 @@ import pytest
 
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl_setup import HybridSetup
+from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.scenario.load import load
 
 SMALL = ["fingers.placements.grid=[2, 1]", "lattice.segments=3"]

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gm_ompl.planners.ompl_setup import HybridSetup
+from gm_ompl.planners.ompl.callbacks import cost_bound
+from gm_ompl.planners.ompl.motions import waypoints
+from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.sampling.lines import same
 from gm_ompl.sampling.motions import UNPLACED, HybridState
-from gm_ompl.space.motions import waypoints
-from gm_ompl.space.objective import cost_bound
 
 MakeHybrid = Callable[..., HybridSetup]
 NAMES = ("paper/slide", "planar/turn")

@@ -7,20 +7,19 @@ import json
 import numpy as np
 import pytest
 
-from gm_ompl.app.benching import BenchRequest, bench_command, lines
+from gm_ompl.app.benching import bench_command, lines
+from gm_ompl.app.study_verbs import BenchVerb
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
-from gm_ompl.study.bench import Effort, bench
+from gm_ompl.study.bench import bench, decisions_per_node
 from gm_ompl.study.bench_decisions import searched, spread, timed
-from gm_ompl.study.bench_plans import decisions_per_node
 
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, object]:
-    effort = Effort(repeat=1, decisions=20, with_highs=2, search_limit=5.0)
-    return bench(("paper/tumble",), effort, SMALL)
+    return bench(("paper/tumble",), SMALL, repeat=1, highs=2, search_limit=5.0)
 
 
 def test_every_figure_is_there(found: dict[str, object]) -> None:
@@ -53,8 +52,8 @@ def test_decisions_are_those_of_the_search() -> None:
     assert len(set(search.asked)) == len(search.asked) > 10
     assert all(len(placements) == 2 for _, _, placements in search.asked)
     times = timed(search, 15, 3, 2)
-    assert len(times.kernel) == 15
-    assert len(times.highs) == len(times.highs_whole) == len(times.kernel_of_sample) == 3
+    assert len(times["kernel"]) == 15
+    assert {len(times[way]) for way in ("sample", "highs", "whole")} == {3}
     assert spread(range(10), 3) == [0, 4, 9]
 
 
@@ -83,4 +82,4 @@ def test_a_problem_without_valid_nodes_counts_nothing() -> None:
 def test_senseless_efforts_are_bad_input(repeat: int, highs: int, limit: float, named: str) -> None:
     """The message names the option."""
     with pytest.raises(InputError, match=named):
-        bench_command(BenchRequest((), repeat, highs, limit, (), as_json=True))
+        bench_command(BenchVerb(None, repeat, highs, limit))

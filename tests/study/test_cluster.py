@@ -17,9 +17,8 @@ import pytest
 
 import gm_ompl
 from gm_ompl.errors import InputError
-from gm_ompl.study.cluster import DaskExecutor, secured
+from gm_ompl.study.cluster import DaskExecutor, make_executor, secured
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.executors import make_executor
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor

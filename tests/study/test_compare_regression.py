@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gm_ompl.scenario.load import shipped
-from gm_ompl.study.regression import BASELINE, Figures, main, read_baseline, worse
+from tests.verify.regression import BASELINE, Figures, main, read_baseline, worse
 
 THEN = Figures("solved", 100.0, 1, 10.0, 200.0)
 

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.tables.comparison import Comparison, references, runs, tables
+from docs.tables.pages import write_tables
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.study.comparison_page import Design, references, runs, tables
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
-from gm_ompl.study.pages import write_tables
 from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
 from gm_ompl.study.store import Record
@@ -193,7 +193,7 @@ def test_the_page_has_its_marks(tmp_path: Path) -> None:
     assert words.sub(r"\1\3", copy.read_text()) == words.sub(r"\1\3", page)
 
 
-DESIGN = Design(
+DESIGN = Comparison(
     single=("paper/slide",), families=("random/small",), planners=("astar", "RRT"), seeds=3
 )
 

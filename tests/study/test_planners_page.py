@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from gm_ompl.study import planners_page
-from gm_ompl.study.pages import write_tables
-from gm_ompl.study.planners_page import DESIGN, curves, draw, rates
+from docs.tables import planners
+from docs.tables.pages import write_tables
+from docs.tables.planners import DESIGN, curves, draw, rates
 from tests.study.test_compare_report import EVIL, OPTIMA, RUNS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "planners.md"
@@ -57,6 +57,6 @@ def test_the_page_has_room_for_the_table_and_names_all_planners(tmp_path: Path) 
 def test_no_page_is_said_before_any_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Exit code 2, and the store is not even made."""
     store = tmp_path / "runs.sqlite"
-    code = planners_page.main(["--page", str(tmp_path / "none.md"), "--store", str(store)])
+    code = planners.main(["--page", str(tmp_path / "none.md"), "--store", str(store)])
     assert code == 2 and "--page" in capsys.readouterr().err
     assert not store.exists()

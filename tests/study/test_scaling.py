@@ -6,16 +6,16 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import gm_ompl
-from gm_ompl.study import scaling
-from gm_ompl.study.scaling import AXES, Case
+from docs.tables import scaling
+from docs.tables.scaling import AXES, Case
 
 PAGES = Path(__file__).resolve().parents[2] / "docs"
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 TINY = {
-    "placements": (Case("slide", 1, None, "paper/slide", SMALL),),
+    "placements": (Case("slide", 1, "paper/slide", SMALL),),
     "fingers": (
-        Case("slide", 1, 1, "paper/slide", (*SMALL, "fingers.count=1")),
-        Case("slide", 1, 2, "paper/slide", SMALL),
+        Case("slide", 1, "paper/slide", (*SMALL, "fingers.count=1")),
+        Case("slide", 1, "paper/slide", SMALL),
     ),
 }
 

@@ -15,7 +15,7 @@ from tests.study.test_compare import small_tasks
 
 HANGING = """
 import time
-from gm_ompl.study import child, endings, server
+from gm_ompl.study import child, server
 held = []
 def behave(task):
     if task.seed == 2:
@@ -23,7 +23,7 @@ def behave(task):
     if task.seed > 0:
         time.sleep(60.0)
     return {"status": "solved"}
-endings.GRACE_S, child.carry_out = 0.2, behave
+child.GRACE_S, child.carry_out = 0.2, behave
 server.main()
 """
 

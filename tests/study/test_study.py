@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 import gm_ompl
+from docs.tables import ablation, reproduction
+from docs.tables.measure import Measured, graph_nodes, measure
+from docs.tables.pages import write_tables
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
-from gm_ompl.study import ablation, reproduction
-from gm_ompl.study.measure import Measurement, graph_nodes, measure
-from gm_ompl.study.pages import number, table, write_tables
+from gm_ompl.study.report import number, table
 
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 PAGES = Path(__file__).resolve().parents[2] / "docs"
@@ -28,11 +29,15 @@ def test_unequal_fingers_are_counted_as_ordered_pairs() -> None:
     assert graph_nodes(problem) == 24 * 24 * 4
 
 
-def test_a_measurement_is_that_of_the_planner() -> None:
+def test_a_measurement_is_that_of_the_planner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In a process of its own, the three heuristics find the same optimum."""
+    (tmp_path / "docs").symlink_to(PAGES)  # all of the checkout that the process may import
+    monkeypatch.syspath_prepend(tmp_path)
     plan = gm_ompl.plan(gm_ompl.load("paper/slide", SMALL))
     for heuristic in ("lanes", "none"):
-        found = measure("paper/slide", heuristic, SMALL, repeat=False)
+        found = measure("paper/slide", heuristic=heuristic, overrides=SMALL, repeat=False)
         assert found.optimal
         assert found.cost == pytest.approx(plan.cost, rel=1e-9)
         assert found.seconds > 0 and found.megabytes > 10
@@ -40,9 +45,7 @@ def test_a_measurement_is_that_of_the_planner() -> None:
 
 def test_exponents_are_those_of_power_laws() -> None:
     """x^2 in time and a constant in memory give 2 and 0."""
-    points = [
-        (x, Measurement("solved", True, 1.0, 0, x, x, 3.0 * x**2, 100.0, x)) for x in (2, 5, 9)
-    ]
+    points = [(x, Measured("solved", True, 1.0, x, x, 3.0 * x**2, 100.0, x)) for x in (2, 5, 9)]
     assert ablation.slope(points, "seconds") == pytest.approx(2.0)
     assert ablation.slope(points, "megabytes") == pytest.approx(0.0, abs=1e-12)
 

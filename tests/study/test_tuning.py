@@ -15,11 +15,11 @@ import pytest
 import gm_ompl
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.planners.registry import PLANNERS
+from gm_ompl.study.report import tuning_html
 from gm_ompl.study.scores import gain, score
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.tuning import OBJECTIVES, Design, searched, tune
-from gm_ompl.study.tuning_report import tuning_html
 from gm_ompl.study.workers import Outcome
 
 EVIL = "<img src=x onerror=alert(1)>"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gm_ompl
 from gm_ompl.scenario.load import load, shipped
-from gm_ompl.study.expectations import disagreements
 from tests.verify.counting import Result, count
+from tests.verify.expectations import disagreements
 
 ON_PATHS = [name for name in shipped() if load(name).problem.motion.dimension == 1]
 PAPER = [name for name in shipped() if name.startswith("paper/")]

@@ -9,7 +9,7 @@ import pytest
 import gm_ompl
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.scenario.load import load
-from gm_ompl.study.expectations import disagreements
+from tests.verify.expectations import disagreements
 
 PAPER = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp", "paper/cork")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import umsgpack
 from gm_ompl.viz.page import embedded, escaped, page
-from gm_ompl.viz.region import Region, clipped, neighbourhood
+from gm_ompl.viz.region import View, clipped, neighbourhood
 from gm_ompl.viz.scene import SceneMessages, scene_messages
 from gm_ompl.viz.score import turn_to
 from gm_ompl.viz.story import tell
@@ -76,7 +76,7 @@ def test_clipping_is_intersection() -> None:
     for _ in range(40):
         piece = hull(rng.uniform(-2, 2, (9, 3)) + rng.uniform(-1, 1, 3))
         low = rng.uniform(-1.5, 0.0, 3)
-        region = Region(low, low + rng.uniform(0.5, 2.0, 3))
+        region = View(low, low + rng.uniform(0.5, 2.0, 3))
         points = rng.uniform(-3, 3, (400, 3))
         both = (points @ piece.face_normals.T < piece.face_offsets).all(axis=1)
         both &= ((points > region.low) & (points < region.high)).all(axis=1)

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 from gm_ompl.viz.canvas import styled
-from gm_ompl.viz.search import Trace, read_trace, search_figure
+from gm_ompl.viz.search import search_figure
 from gm_ompl.viz.story import tell
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
-from gm_ompl.app.tracing import TraceFile
 from gm_ompl.errors import InputError
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Progress, silent
 from gm_ompl.planners.trace import Expansion, Vertex, tracer
+from gm_ompl.planners.trace_file import Told, TraceFile, read_trace
 
 SMALL = ["--set", "lattice.segments=3", "--set", "fingers.placements.grid=[2, 2]"]
 HEADER = {"scenario": "s", "planner": "astar", "seed": 0, "coordinates": ["s"]}
@@ -102,7 +102,7 @@ def test_a_tree_is_drawn_over_sets_of_placements(slide: Plan) -> None:
         3: _row(1.0, (3, 1), None, "root") | {"tree": "goal"},
     }
     with styled():
-        figure = search_figure(tell(slide), Trace({}, (), (), rows))
+        figure = search_figure(tell(slide), Told({}, (), (), rows))
     edges = {c.get_label(): np.array(_segments(c)) for c in figure.axes[-1].collections}
     assert edges["displacement"].tolist() == [[[0.0, 0.0], [0.5, 0.0]]]
     assert edges["regrasp"].tolist() == [[[0.5, 0.0], [0.5, 1.0]]]
@@ -135,7 +135,7 @@ def test_a_plan_alone_shows_bound_and_cost(regrasp: Plan) -> None:
 
 def test_a_long_trace_is_thinned(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond a number expansions are kept ever more rarely; the end tells how many there were."""
-    monkeypatch.setattr("gm_ompl.app.tracing.WHOLE", 100)
+    monkeypatch.setattr("gm_ompl.planners.trace_file.WHOLE", 100)
     path = tmp_path / "trace"
     with TraceFile(path, HEADER, silent) as report:
         for k in range(10_000):

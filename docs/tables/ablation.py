@@ -1,0 +1,108 @@
+"""``python -m docs.tables.ablation [PAGE]``: what the search owes to what, for docs/ablation.md.
+
+Measures the paper's scenarios without heuristic, with the paper's and with the search over lanes,
+time and memory of the latter against segments, grid and fingers, and time per node on random
+scenarios. Takes a quarter of an hour on one core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from docs.tables.measure import Measured, measure
+from docs.tables.pages import write_page
+from gm_ompl.study.report import number, table
+
+SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/cork", "paper/regrasp")
+HEURISTICS = (("none", "none"), ("travel", "(11)"), ("lanes", "lanes"))
+LIMIT = 3600.0
+"""Wall time per search [s]."""
+
+SEGMENTS = (15, 30, 60, 120, 240)
+GRIDS = (3, 5, 7, 9, 13)
+FINGERS = (1, 2, 3)
+AXES: dict[str, list[tuple[int, tuple[str, ...]]]] = {
+    "segments": [(n, (f"lattice.segments={n}",)) for n in SEGMENTS],
+    "grid": [(m, (f"fingers.placements.grid=[{m}, {m}]",)) for m in GRIDS],
+    "fingers": [(n, (f"fingers.count={n}", "fingers.placements.grid=[3, 3]")) for n in FINGERS],
+}
+SCALED = ("paper/tumble", "paper/regrasp")
+
+HELD_OUT = [(family, seed) for family in ("tumble", "regrasp") for seed in range(6)]
+"""Random scenarios, of other sizes, masses, frictions, limits and walls, two or three fingers."""
+HELD_OUT_GRIDS = (7, 9)
+HELD_OUT_LIMIT = 60.0
+"""Wall time per search [s]."""
+ALLOWED = {"tumble": 1.0 / 1_335_201, "regrasp": 5.0 / 1_335_201}
+"""What a node of the paper's problem may cost [s]."""
+
+WORK = ("expanded", "decisions", "seconds")
+"""What a search took, and the heads of its columns."""
+WORK_HEAD = ("expanded", "mode decisions", "CPU s")
+
+
+def heuristics() -> Iterator[str]:
+    """Yield the table of the three searches, longer and longer."""
+    head = ("scenario", "heuristic", "ends", "cost", *WORK_HEAD, "MiB")
+    rows = []
+    for scenario in SCENARIOS:
+        for heuristic, name in HEURISTICS:
+            found = measure(
+                scenario, heuristic=heuristic, time_limit=LIMIT, repeat=heuristic == "lanes"
+            )
+            rows.append((scenario, name, *found.cells("ends", "cost", *WORK, "megabytes")))
+            yield table(head, rows)
+
+
+def scaling() -> Iterator[str]:
+    """Yield the table of time and memory, with exponents from straight lines in log-log."""
+    head = ("scenario", "varied", "value", "nodes", "ends", *WORK_HEAD, "us a node", "MiB")
+    rows: list[tuple[object, ...]] = []
+    for scenario in SCALED:
+        for axis, steps in AXES.items():
+            points = [
+                (x, measure(scenario, overrides=changes, time_limit=LIMIT)) for x, changes in steps
+            ]
+            rows += [
+                (
+                    scenario, axis, x, *found.cells("nodes", "ends", *WORK),
+                    number(1e6 * found.seconds / found.nodes), *found.cells("megabytes"),
+                )
+                for x, found in points
+            ]  # fmt: skip
+            nodes, *others, memory = (
+                f"{slope(points, what):.2f}" for what in ("nodes", *WORK, "megabytes")
+            )
+            rows.append((scenario, f"{axis}: exponent", "", nodes, "", *others, "", memory))
+            yield table(head, rows)
+
+
+def held_out() -> Iterator[str]:
+    """Yield the table of random scenarios, whose nodes may cost twice what the paper's may."""
+    head = ("scenario", "grid", "nodes", "ends", *WORK_HEAD, "us a node", "of the paper's", "MiB")
+    rows = []
+    for family, seed in HELD_OUT:
+        for m in HELD_OUT_GRIDS:
+            name = f"random/{family}/{seed}"
+            changes = (f"fingers.placements.grid=[{m}, {m}]", "lattice.segments=30")
+            found = measure(name, overrides=changes, time_limit=HELD_OUT_LIMIT)
+            each = found.seconds / found.nodes
+            rows.append((
+                name, f"{m} x {m}", *found.cells("nodes", "ends", *WORK),
+                number(1e6 * each), number(each / ALLOWED[family]), *found.cells("megabytes"),
+            ))  # fmt: skip
+            yield table(head, rows)
+
+
+def slope(points: Sequence[tuple[int, Measured]], what: str) -> float:
+    """Return the exponent p of ``what`` ~ x^p, least squares in logarithms."""
+    x = np.log([float(value) for value, _ in points])
+    y = np.log([max(float(getattr(found, what)), 1e-9) for _, found in points])
+    return float(np.polyfit(x, y, 1)[0])
+
+
+if __name__ == "__main__":
+    tables = {"scaling": scaling(), "held_out": held_out(), "heuristics": heuristics()}
+    write_page("ablation", tables)

@@ -1,0 +1,170 @@
+"""``python -m docs.tables.scaling [PAGE]``: where exactness ends and what sampling costs beyond.
+
+Measures ``astar`` and ``HybridRRTConnect`` against degrees of freedom (nodes of the object's
+lattice), placements and fingers; writes the tables into PAGE (docs/scaling.md) and the picture
+beside it (images/scaling.svg). Takes about ten minutes on one core.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gm_ompl.viz.canvas import save, styled
+
+from docs.tables.measure import measured
+from docs.tables.pages import write_tables
+from docs.tables.pictures import scaling_figure
+from gm_ompl import api
+from gm_ompl.study.report import number, table
+
+LIMIT = 30.0
+"""Wall time per search and per run [s]."""
+
+SEEDS = 10
+SAMPLER = "HybridRRTConnect"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scenario on an axis.
+
+    Attributes:
+        series: what the axis varies of it.
+        freedom: the object's degrees of freedom.
+        scenario: a shipped name.
+        changes: "KEY=VALUE" overrides.
+    """
+
+    series: str
+    freedom: int
+    scenario: str
+    changes: tuple[str, ...]
+
+
+def _steps(length: str, yaw: str) -> str:
+    return f"lattice.steps={{x: {length}, y: {length}, yaw: {yaw} deg}}"
+
+
+GRIDS = (2, 3, 5, 7, 9, 13, 19)
+PLANAR_STEPS = (("1", "30"), ("1", "15"), ("0.5", "15"), ("0.5", "5"), ("0.25", "2.5"))
+PLANAR_GRIDS = ((3, 1), (5, 2), (9, 4), (15, 6))
+AXES: dict[str, tuple[Case, ...]] = {
+    "object nodes": (
+        *(
+            Case("path (1)", 1, "paper/tumble",
+                 ("fingers.placements.grid=[3, 3]", f"lattice.segments={n}"))
+            for n in (15, 60, 240)
+        ),
+        *(
+            Case("planar (3)", 3, "planar/turn", (_steps(length, yaw),))
+            for length, yaw in PLANAR_STEPS
+        ),
+    ),
+    "placements": (
+        *(
+            Case("paper/regrasp", 1, "paper/regrasp",
+                 (f"fingers.placements.grid=[{m}, {m}]",))
+            for m in GRIDS
+        ),
+        *(
+            Case("planar/turn", 3, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
+            for a, b in PLANAR_GRIDS
+        ),
+    ),
+    "fingers": tuple(
+        Case(series, freedom, scenario, (f"fingers.count={n}", *coarse))
+        for series, freedom, scenario, coarse in (
+            ("paper/tumble", 1, "paper/tumble",
+             ("fingers.placements.grid=[3, 3]", "lattice.segments=15")),
+            ("planar/turn", 3, "planar/turn", ("fingers.placements.grid=[5, 2]",)),
+        )
+        for n in (1, 2, 3, 4, 5)
+    ),
+}  # fmt: skip
+
+HEAD = (
+    "degrees of freedom", "scenario", "changed", "fingers", "placements", "object nodes",
+    "`astar` ends", "cost", "expanded", "CPU s", "sampling: solved", "CPU s, median",
+    "slowest", "cost, median",
+)  # fmt: skip
+
+
+def sampled(case: Case, seeds: int, limit: float) -> tuple[list[float], list[float]]:
+    """Return CPU times [s] and costs of the sampling planner's plans, with seeds 0, 1, ..."""
+    scenario = api.load(case.scenario, case.changes)
+    seconds, costs = [], []
+    for seed in range(seeds):
+        started = time.process_time()
+        plan = api.plan(scenario, SAMPLER, time_limit=limit, seed=seed)
+        if plan.cost is not None:
+            seconds.append(time.process_time() - started)
+            costs.append(plan.cost)
+    return seconds, costs
+
+
+def measurements(
+    axis: str, cases: Sequence[Case], seeds: int = SEEDS, limit: float = LIMIT
+) -> Iterator[tuple[tuple[object, ...], dict[str, Any]]]:
+    """Yield each case's line of the table, and its point as the picture draws it."""
+    for case in cases:
+        problem = api.load(case.scenario, case.changes).problem
+        lattice = measured(case.scenario, overrides=case.changes, time_limit=limit, repeat=False)
+        # Sampling proves nothing: where the lattice has no plan it mostly waits for its limit.
+        tried = 0 if lattice.status == "infeasible" else seeds
+        seconds, costs = sampled(case, tried, limit)
+        placements, nodes = len(problem.fingers.placements), problem.lattice.size
+        middle, slowest = (f(seconds) if seconds else None for f in (statistics.median, max))
+        ends = {"solved": "plan, not proven", "infeasible": "proven infeasible"}
+        yield (
+            case.freedom, f"`{case.scenario}`", " ".join(f"`{change}`" for change in case.changes),
+            problem.fingers.count, placements, number(nodes),
+            "proven optimal" if lattice.optimal else ends.get(lattice.status, "budget spent"),
+            number(lattice.cost, 5), *lattice.cells("expanded", "seconds"),
+            f"{len(seconds)} of {tried}" if tried else "not tried",
+            number(middle), number(slowest), number(statistics.median(costs) if costs else None, 5),
+        ), {
+            "series": case.series,
+            "x": {"object nodes": nodes, "placements": placements}.get(axis, problem.fingers.count),
+            "lattice": lattice.seconds,
+            "proven": lattice.optimal or lattice.status == "infeasible",
+            "sampling": middle,
+            "lo": min(seconds, default=None),
+            "hi": slowest,
+        }  # fmt: skip
+
+
+def study(
+    page: Path, axes: dict[str, tuple[Case, ...]], seeds: int = SEEDS, limit: float = LIMIT
+) -> None:
+    """Measure all axes, and write tables and picture as they grow."""
+    panels: dict[str, list[dict[str, Any]]] = {}
+    for axis, cases in axes.items():
+        rows: list[tuple[object, ...]] = []
+        panels[axis] = []
+        for line, drawn in measurements(axis, cases, seeds, limit):
+            rows.append(line)
+            panels[axis].append(drawn)
+            write_tables(page, {axis: table(HEAD, rows)})
+    picture = page.parent / "images" / "scaling.svg"
+    picture.parent.mkdir(exist_ok=True)
+    with styled():
+        save(scaling_figure(panels, limit), picture)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure everything and write the page."""
+    page = Path(arguments[0] if arguments else "docs/scaling.md")
+    for name in ("paper/tumble", "planar/turn"):  # machine code loaded, nothing is timed
+        api.plan(name, time_limit=LIMIT)
+        api.plan(name, SAMPLER, time_limit=LIMIT)
+    study(page, AXES)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

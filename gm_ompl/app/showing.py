@@ -1,0 +1,142 @@
+"""``list``, ``check``, ``view``, ``plot`` and ``export``: what there is, and what a plan says.
+
+What one of them alone needs is imported inside it.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gm_ompl.app.exits import Exit
+from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.plan_files import opened
+from gm_ompl.app.plan_verbs import CheckVerb, ListVerb
+from gm_ompl.app.show_verbs import ExportVerb, PlotVerb, ViewVerb
+from gm_ompl.errors import InputError, did_you_mean
+from gm_ompl.plan.model import Plan
+from gm_ompl.writing import write_text
+
+if TYPE_CHECKING:
+    from gm_ompl.viz.story import Story
+
+KEYS = ("name", "description", "source")
+
+PICTURES = ("forces", "snapshots", "search")
+
+
+def list_command(request: ListVerb) -> Exit:
+    """Show the shipped scenarios and name the random families."""
+    from gm_ompl.scenario.load import random_names, read, shipped
+
+    rows = []
+    for name in shipped():
+        tree = read(name).tree  # the text alone: nothing is built
+        fields = tree if isinstance(tree, dict) else {}
+        rows.append({"name": name} | {key: str(fields.get(key, "")) for key in KEYS[1:]})
+    if request.as_json:
+        say_json({"scenarios": rows, "families": list(random_names())})
+        return Exit.OK
+    widths = [max((len(row[key]) for row in rows), default=0) for key in KEYS]
+    for row in rows:
+        cells = (row[key].ljust(width) for key, width in zip(KEYS, widths, strict=True))
+        say("  ".join(cells).rstrip())
+    note(f"random families: {', '.join(random_names())}")
+    return Exit.OK
+
+
+def check_command(request: CheckVerb) -> Exit:
+    """Judge the plan in the file and show what holds."""
+    from gm_ompl import api
+
+    with opened(request.plan_file) as plan:
+        report = api.check(plan)
+    if request.as_json:
+        say_json(report.to_dict())
+    else:
+        say(report.table())
+    return Exit.OK if report.holds else Exit.REFUTED
+
+
+def view_command(request: ViewVerb) -> Exit:
+    """Show the plan in the browser until interrupted, or write its page."""
+    target = writable(request.html, "--html")
+    if target is not None:
+        with opened(request.plan_file) as plan:
+            write_html(plan, target)
+        note(f"written to {request.html}")
+        return Exit.OK
+    from gm_ompl.viz.page import page
+    from gm_ompl.viz.server import address, serving
+
+    with opened(request.plan_file) as plan:
+        text = page(plan)
+    with serving(lambda: text, request.port) as server:
+        try:
+            say(f"{request.plan_file} is shown at {address(server)} (Ctrl-C ends)")
+            sys.stdout.flush()
+            server.serve_forever()
+        except KeyboardInterrupt:
+            note("")  # the terminal shows ^C on the line
+    return Exit.OK
+
+
+def write_html(plan: Plan, target: Path) -> None:
+    """Write the stand-alone page of ``plan``."""
+    from gm_ompl.viz.page import page
+
+    write_text(target, page(plan))
+
+
+def plot_command(request: PlotVerb) -> Exit:
+    """Draw the plan into a file.
+
+    Raises:
+        InputError: a file cannot be read or written, or there is nothing to draw.
+    """
+    from gm_ompl.viz.canvas import check_suffix, save, styled
+    from gm_ompl.viz.story import tell
+
+    show, trace = request.show, request.trace
+    if show not in PICTURES:
+        hint = did_you_mean(show, PICTURES)
+        raise InputError(f"--show {show}: no such picture{hint}; pictures: {', '.join(PICTURES)}")
+    check_suffix(request.output)
+    target = writable(request.output)
+    assert target is not None
+    if trace is not None and show != "search":
+        raise InputError(f"--trace {trace}: is for --show search; add that")
+    with styled(), opened(request.plan_file) as plan:
+        save(_figure(tell(plan), show, trace), target)
+    note(f"written to {request.output}")
+    return Exit.OK
+
+
+def _figure(story: Story, show: str, trace: Path | None) -> Any:
+    if show == "search":
+        from gm_ompl.planners.trace_file import read_trace
+        from gm_ompl.viz.search import search_figure
+
+        return search_figure(story, None if trace is None else read_trace(trace))
+    if show == "snapshots":
+        from gm_ompl.viz.snapshots import snapshots_figure
+
+        return snapshots_figure(story)
+    from gm_ompl.viz.figures import forces_figure
+
+    return forces_figure(story)
+
+
+def export_command(request: ExportVerb) -> Exit:
+    """Write the plan over time as CSV."""
+    from gm_ompl.simulation.export import table
+    from gm_ompl.simulation.pace import Pace
+
+    target = writable(request.output)
+    assert target is not None
+    with opened(request.plan_file) as plan:
+        text = table(plan, Pace(speed=request.speed), request.rate)
+    write_text(target, text)
+    note(f"written to {request.output}")
+    return Exit.OK

@@ -1,0 +1,195 @@
+"""How strong, how rough, how modest: the least change of one value with which a plan exists."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.explain.deadline import Deadline
+from gm_ompl.explain.values import Remedy
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
+
+FAR = 100.0
+"""No value is changed by more than this factor."""
+
+CLOSE = 1.02
+"""Bisection ends where what helps and what does not are this near to each other."""
+
+FROM_ZERO = 0.01
+"""Where a friction coefficient that is 0 begins to grow."""
+
+
+class Answer(enum.Enum):
+    """Whether a changed problem has what is wanted."""
+
+    YES = "it has"
+    NO = "it is proven that it has not"
+    UNKNOWN = "not known"
+
+
+Holds: TypeAlias = Callable[[Problem, float], Answer]
+"""Answers about a changed problem within some seconds."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One value of a scenario that may be turned.
+
+    Attributes:
+        key: its path in the scenario.
+        values: (k,), what it is today, per finger or one.
+        put: returns the problem with other values.
+        up: whether larger values are tried.
+        orderly: whether what holds at one value holds at every more generous one.
+        most: the largest factor that a scenario may have.
+    """
+
+    key: str
+    values: Array
+    put: Callable[[Array], Problem]
+    up: bool
+    orderly: bool
+    most: float = FAR
+
+    def at(self, factor: float) -> Array:
+        """Return the values ``factor`` times more generous, as they can be written."""
+        base = np.where(self.values > 0.0, self.values, FROM_ZERO)
+        return np.array([_written(v * factor if self.up else v / factor) for v in base])
+
+    def shown(self, values: Array) -> str:
+        """Return values as in a scenario: one number where they are equal."""
+        texts = [f"{value:.6g}" for value in values.tolist()]
+        return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"
+
+
+def _written(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+@dataclass(frozen=True)
+class Words:
+    """What is said of one value.
+
+    Attributes:
+        so: what holds with it: "a plan exists".
+        not_so: what is proven not to: "none on the lattice".
+        not_known: what was not found: "none found".
+    """
+
+    so: str
+    not_so: str
+    not_known: str
+
+
+def knobs(problem: Problem) -> Iterator[Knob]:
+    """Yield what may be turned to help a problem.
+
+    Stronger fingers and a smaller z_min can only help. Friction may also harm, since it can build
+    up internal force: what is found between two values need not hold beyond.
+    """
+    hand, environment = problem.fingers, problem.environment
+
+    def with_limits(values: Array) -> Problem:
+        changed = dataclasses.replace(hand, max_normal_force=values)
+        return dataclasses.replace(problem, fingers=changed)
+
+    def with_tips(values: Array) -> Problem:
+        changed = dataclasses.replace(hand, friction=values)
+        return dataclasses.replace(problem, fingers=changed)
+
+    def with_ground(values: Array) -> Problem:
+        changed = dataclasses.replace(environment, friction=float(values[0]))
+        return dataclasses.replace(problem, environment=changed)
+
+    def with_z_min(values: Array) -> Problem:
+        changed = dataclasses.replace(problem.mechanics, z_min=float(values[0]))
+        return dataclasses.replace(problem, mechanics=changed)
+
+    weight = problem.mass * problem.mechanics.gravity
+    strongest = float(hand.max_normal_force.max(initial=0.0))
+    most = FAR if weight <= 0.0 else min(FAR, MOST_WEIGHTS * weight / max(strongest, 1e-300))
+    z_min, ground = np.array([problem.mechanics.z_min]), np.array([environment.friction])
+    if hand.count:
+        key = "fingers.max_normal_force"
+        yield Knob(key, hand.max_normal_force, with_limits, True, True, most)
+    yield Knob("mechanics.z_min", z_min, with_z_min, False, True)
+    if hand.count:
+        rough = min(FAR, MOST_FRICTION / max(float(hand.friction.max()), FROM_ZERO))
+        yield Knob("friction.finger", hand.friction, with_tips, True, False, rough)
+    rough = min(FAR, MOST_FRICTION / max(environment.friction, FROM_ZERO))
+    yield Knob("friction.environment", ground, with_ground, True, False, rough)
+    if environment.friction > 0.0:
+        yield Knob("friction.environment", ground, with_ground, False, False)
+
+
+def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Deadline) -> Remedy:
+    """Return the least change of one value that helps, found by bisection.
+
+    Args:
+        knob: what is turned; what is wanted does not hold today.
+        holds: answers about the changed problem.
+        words: for the sentence.
+        today: NO where it is proven that it does not hold today.
+        deadline: of all that is tried.
+    """
+    low, high, proven = _bracket(knob, holds, today is Answer.NO, deadline)
+    if high is None:
+        return _in_vain(knob, words, low, proven)
+    values, below = knob.at(high), knob.at(low)
+    while high / low > CLOSE and not deadline.passed():
+        middle = math.sqrt(low * high)
+        tried = knob.at(middle)
+        if (tried == values).all() or (tried == below).all():
+            break
+        answer = holds(knob.put(tried), deadline.left() / 2)
+        if answer is Answer.YES:
+            high, values = middle, tried
+        else:
+            low, below, proven = middle, tried, answer is Answer.NO
+    shown, now = knob.shown(values), knob.shown(knob.values)
+    missed = f"{words.not_so if proven else words.not_known} with {knob.shown(below)}"
+    aside = "" if high / low <= CLOSE else ", the time was up"
+    evidence = f"{words.so} with {knob.key} = {shown} (today {now}; {missed}{aside})"
+    return Remedy(f"{knob.key}={shown}", True, evidence)
+
+
+def _bracket(
+    knob: Knob, holds: Holds, proven: bool, deadline: Deadline
+) -> tuple[float, float | None, bool]:
+    """Return a factor that does not help, a larger one that does, and whether the first is proven.
+
+    Where nothing helps: the largest factor tried, and whether all of them were proven in vain.
+    """
+    rungs = (knob.most,) if knob.orderly else (1.5, 4.0, 20.0, knob.most)
+    low = 1.0
+    for rung in sorted({min(rung, knob.most) for rung in rungs}):
+        if rung <= 1.0 or deadline.passed():
+            return low, None, False
+        answer = holds(knob.put(knob.at(rung)), deadline.left() / 2)
+        if answer is Answer.YES:
+            return low, rung, proven
+        proven = proven and answer is Answer.NO
+        if not knob.orderly or answer is Answer.NO:
+            low = rung
+    return low, None, proven
+
+
+def _in_vain(knob: Knob, words: Words, far: float, proven: bool) -> Remedy:
+    factor = f"{far:.3g} times" if knob.up else f"1/{far:.3g}"
+    values = knob.shown(knob.at(far if far > 1.0 else knob.most))
+    if far <= 1.0:
+        why = "not settled in the time"
+    elif knob.orderly:
+        why = f"{words.not_so} {'up' if knob.up else 'down'} to {factor}"
+    else:
+        why = f"{words.not_so if proven else words.not_known} with values tried "
+        why += f"{'up' if knob.up else 'down'} to {factor}"
+    return Remedy(f"{knob.key}={values}", False, f"{why} (today {knob.shown(knob.values)})")

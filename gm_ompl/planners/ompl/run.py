@@ -1,0 +1,256 @@
+"""One run of one of OMPL's planners: limits, progress, the path judged anew, the trees told of."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict, deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, final
+
+import numpy as np
+from ompl import util as ou
+
+from gm_ompl.errors import PathError
+from gm_ompl.feasibility.backends import make_backend
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.moves import Displacement, Move
+from gm_ompl.planners.ompl.adapter import Explored
+from gm_ompl.planners.ompl.motions import Motions
+from gm_ompl.planners.ompl.setup import HybridSetup
+from gm_ompl.planners.planner import (
+    Budget,
+    Meter,
+    Planner,
+    Progress,
+    Report,
+    SearchResult,
+    Status,
+)
+from gm_ompl.planners.trace import Trace, Vertex, Vertices, tracer
+from gm_ompl.problem import Problem
+from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
+from gm_ompl.sampling.stages import states_along
+
+_NO_MOVES: tuple[Move, ...] = ()
+
+REPORT_EVERY = 64
+"""Iterations between two progress events."""
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Keep OMPL's own messages off the terminal."""
+    level = ou.getLogLevel()
+    ou.setLogLevel(ou.LogLevel.LOG_NONE)
+    try:
+        yield
+    finally:
+        ou.setLogLevel(level)
+
+
+def run(
+    planner: Planner,
+    judge: Judge,
+    budget: Budget,
+    rng: np.random.Generator,
+    report: Report,
+) -> SearchResult:
+    """Search with the OMPL planner that ``planner`` names and sets."""
+    meter, decided = budget.start(), judge.mode_decisions
+    with silence():
+        setup = HybridSetup(judge, rng)
+        watch = _Watch(setup, planner, meter, report, decided)
+        status, moves = Status.BUDGET, _NO_MOVES
+        try:
+            if not setup.draws.start_and_goal_possible():
+                status = Status.INFEASIBLE
+            else:
+                status, moves = _search(setup, planner, budget, watch)
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        cost = math.fsum(move.cost for move in moves) if status is Status.SOLVED else None
+        watch.note(cost)
+        trace = tracer(report)
+        if trace is not None and watch.planner is not None:
+            tell(setup.explored(), setup.motions, trace)
+        return SearchResult(
+            status=status,
+            moves=moves,
+            cost=cost,
+            lower_bound=math.inf if status is Status.INFEASIBLE else 0.0,
+            statistics=watch.statistics(),
+        )
+
+
+def _search(
+    setup: HybridSetup, planner: Planner, budget: Budget, watch: _Watch
+) -> tuple[Status, tuple[Move, ...]]:
+    setup.use(planner)
+    endless = budget.time_limit is None and budget.max_iterations is None and budget.stop is None
+    if endless:
+        setup.stop_at_first_plan()
+    watch.planner = setup.getPlanner()
+    setup.run(watch, watch.meter.spent)
+    states = setup.solution()
+    if states is None:
+        return Status.BUDGET, _NO_MOVES
+    try:
+        return Status.SOLVED, judged_anew(setup.judge.problem, states)
+    except PathError:
+        watch.refuted += 1
+        return Status.BUDGET, _NO_MOVES
+
+
+@final
+class _Watch:
+    """Counts a run's iterations and tells when to stop; OMPL asks it once per iteration."""
+
+    def __init__(
+        self, setup: HybridSetup, asked: Planner, meter: Meter, report: Report, decided: int
+    ) -> None:
+        self.meter, self.planner = meter, None
+        self.iterations = self.refuted = 0
+        self._anytime, self._report = asked.specs.optimal, report
+        self._motions, self._judge, self._decided = setup.motions, setup.judge, decided
+        self._best: float | None = None
+        self._history: list[list[float | None]] = []
+
+    def __call__(self) -> bool:
+        """Count an iteration; whether the run is over."""
+        over = self.meter.spent(self.iterations)
+        self.iterations += 1
+        if self._anytime:
+            self.note(_best_cost(self.planner))
+        if self.iterations % REPORT_EVERY == 1:
+            self._progress()
+        return over
+
+    def note(self, cost: float | None) -> None:
+        """Note the cost of the best plan known, where it has become smaller."""
+        if cost is not None and (self._best is None or cost < self._best):
+            self._best = cost
+            self._history.append([self.meter.elapsed(), cost, 0.0])
+
+    def _progress(self) -> None:
+        self._report(
+            Progress(
+                time=self.meter.elapsed(),
+                expanded=self.iterations,
+                open=0,
+                mode_decisions=self._judge.mode_decisions - self._decided,
+                cost=self._best,
+                lower_bound=0.0,
+            )
+        )
+
+    def statistics(self) -> dict[str, Any]:
+        """Return what the run did."""
+        elapsed = self.meter.elapsed()
+        return {
+            "time_s": elapsed,
+            "expanded": self.iterations,
+            "generated": self._motions.asked,
+            "valid_motions": self._motions.valid,
+            "mode_decisions": self._judge.mode_decisions - self._decided,
+            "refuted_paths": self.refuted,
+            "history": self._history or [[elapsed, None, 0.0]],
+        }
+
+
+def _best_cost(planner: Any) -> float | None:
+    """Return the cost that an improving planner claims for its best path, or None."""
+    cost = float(planner.bestCost().value())
+    return cost if math.isfinite(cost) else None
+
+
+def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, ...]:
+    """Return the moves along ``states``, expanded and judged with nothing remembered.
+
+    Raises:
+        PathError: the path does not lead from start to goal, or a motion on it is infeasible.
+    """
+    model = ContinuousModel(problem, Judge(problem, make_backend(problem)))
+    motions = Motions(model, model.start_state())
+    if not states or not model.in_goal(states[-1]):
+        raise PathError("the path does not end in the goal")
+    moves: list[Move] = []
+    here = model.start_state()
+    for number, state in enumerate(states):
+        found = motions.expand(here, state) if number else ()
+        if found is None:
+            raise PathError(
+                f"motion {number} of the path, from {_shown(here)} to {_shown(state)}, cannot be "
+                "executed in this direction"
+            )
+        if number:
+            # The moves' own ends count: unwrapped, and free of OMPL's rounding.
+            here = HybridState(_end(found, here), state.placements)
+        moves.extend(found)
+    return tuple(moves)
+
+
+def _end(moves: Sequence[Move], before: HybridState) -> tuple[float, ...]:
+    ends = [move.end for move in moves if isinstance(move, Displacement)]
+    return ends[-1] if ends else before.q
+
+
+def _shown(state: HybridState) -> str:
+    return f"(q = {list(state.q)}, placements {list(state.placements)})"
+
+
+def tell(tree: Explored, motions: Motions, trace: Trace) -> None:
+    """Tell ``trace`` of what one of OMPL's planners explored.
+
+    A motion is told as what it consists of: a vertex after each regrasp, one at its end.
+
+    Args:
+        tree: what was explored.
+        motions: what motions consist of; those of the tree are remembered.
+        trace: who hears of it.
+    """
+    vertices = Vertices(trace)
+    for root in ("start", "goal"):
+        for tail, head in _outward(tree, root):
+            a, b = (head, tail) if root == "goal" else (tail, head)
+            parent: Vertex | None = None
+            way = _way(tree.states[a], tree.states[b], motions)
+            for state in reversed(way) if root == "goal" else way:
+                parent = vertices.reached(root, state, parent)
+
+
+def _outward(tree: Explored, root: str) -> Iterator[tuple[int, int]]:
+    """Yield (known, new vertex) from the roots of one of the trees to its leaves; roots first."""
+    backward = root == "goal"
+    onward = defaultdict[int, list[int]](list)
+    for a, b in tree.edges:
+        if (a in tree.backward) == (b in tree.backward) == backward:
+            tail, head = (b, a) if backward else (a, b)
+            onward[tail].append(head)
+    ends = sorted(tree.goals & tree.backward if backward else tree.starts)
+    for end in ends:
+        if UNPLACED not in tree.states[end].placements:
+            yield end, end
+    seen, waiting = set(ends), deque(ends)
+    while waiting:
+        tail = waiting.popleft()
+        for head in onward[tail]:
+            if head not in seen:
+                seen.add(head)
+                waiting.append(head)
+                yield tail, head
+
+
+def _way(origin: HybridState, target: HybridState, motions: Motions) -> list[HybridState]:
+    """Return the states between which the motion changes one thing at a time."""
+    placed = HybridState(
+        origin.q,
+        tuple(
+            b if a == UNPLACED else a
+            for a, b in zip(origin.placements, target.placements, strict=True)
+        ),
+    )
+    moves = motions.expand(origin, target) or ()
+    regrasped = [state for state in states_along(moves) if state.q == origin.q]
+    way = [placed, *regrasped, HybridState(origin.q, target.placements), target]
+    return [state for k, state in enumerate(way) if k == 0 or state != way[k - 1]]

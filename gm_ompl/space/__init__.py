@@ -1,1 +1,0 @@
-"""The same configurations for OMPL: state space, validity, motions, objective and goal."""
