@@ -118,7 +118,7 @@ class KernelBackend:
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         end, z, direction, mask = modes.decide(
             self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
-            self._f_max, DIRECTIONS, below / self.scale, -1, -1, NO_RECORD, f_com, y,
+            self._f_max, DIRECTIONS, below / self.scale, -1, -1, *NO_RECORD, f_com, y,
         )  # fmt: skip
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)

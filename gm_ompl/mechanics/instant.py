@@ -79,7 +79,7 @@ def decide_columns(
     everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
     return modes.decide(
         env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only,
-        record or no_record(), f_com, y,
+        *(record or no_record()), f_com, y,
     )  # fmt: skip
 
 

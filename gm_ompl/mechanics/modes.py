@@ -168,7 +168,8 @@ def _best_set(
 @compiled
 def decide(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
-    below: float, previous: int, only: int, record: Record, f_com: Array, y: Array,
+    below: float, previous: int, only: int, sets: IntArray, wrenches: Array, solutions: Array,
+    f_com: Array, y: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
 
@@ -183,7 +184,9 @@ def decide(
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         only: mask of the one set to consider, which must pass (5); -1 for all.
-        record: output: what proves the decision, if there is room for it.
+        sets: output, what proves the decision, if there is room for it: see ``Record``,
+        wrenches: likewise,
+        solutions: likewise.
         f_com: output (n,): commands of the force-controlled fingers.
         y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
             any modes and, as a cut, for any placements; zero where there is none.
@@ -191,7 +194,7 @@ def decide(
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
-    n = len(hand)
+    n, record = len(hand), Record(sets, wrenches, solutions)
     everyone = (1 << n) - 1
     tips, limits = at_placements(table, hand, rows, f_max)
     P, w = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6)
