@@ -9,12 +9,11 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.certificate import Record
 from gm_ompl.reference.exact import balanced
-from gm_ompl.reference.internal_force import InternalForce
+from gm_ompl.reference.internal_force import InternalForce, exactly, unit_wrenches
 from gm_ompl.reference.modes import Modes, maximal_sets
 from gm_ompl.reference.proof import upper_bound
 from gm_ompl.reference.stability import DIRECTIONS
 from gm_ompl.reference.statics import Statics, statics
-from tests.exact_separation import exact_verdict
 
 ALLOWED = 1e-6
 """What z may be off by, relative to max(z, 1e-3 M g)."""
@@ -42,7 +41,10 @@ def mistake(instant: Instant, decision: ModeDecision, record: Record) -> str:
     z = decision.z / model.scale
     allowed = ALLOWED * max(z, 1e-3)
     for mask, verdict in passed.items():
-        U = upper_bound(model, _force(mask, model.fingers), verdict, _used(record, sets[mask]))
+        force, Y = _force(mask, model.fingers), _used(record, sets[mask])
+        U = upper_bound(model, force, verdict, Y)
+        if not z + allowed >= U and verdict.wrenches.shape[1]:
+            U = upper_bound(model, force, exactly(verdict.wrenches), Y)  # separates best
         if not z + allowed >= U:
             return f"z is {z}, set {mask} is only known to stay below {U}"
     if z == 0.0:
@@ -82,11 +84,12 @@ def least(model: Statics, decision: ModeDecision, kept: Array) -> float:
 
 
 def _exactly(model: Statics) -> dict[int, InternalForce]:
-    """Return the largest sets that pass (5) with their verdicts, borderline ones exactly."""
+    """Return the largest sets that pass (5) with their verdicts, in exact arithmetic."""
     passed: dict[int, InternalForce] = {}
     for mask in sorted(range(1 << model.fingers), key=lambda mask: -mask.bit_count()):
-        if not any(mask & other == mask for other in passed):
-            verdict = exact_verdict(model, [i for i in range(model.fingers) if mask >> i & 1])
+        A = unit_wrenches(model, [i for i in range(model.fingers) if mask >> i & 1])
+        if A.shape[1] and not any(mask & other == mask for other in passed):
+            verdict = exactly(A)
             if not verdict.excessive:
                 passed[mask] = verdict
     return passed

@@ -225,21 +225,17 @@ def decide(
             passes, margin = passing_sets(env, tips, previous, True, passed, w)
         if passes <= 0:
             return INTERNAL_FORCE if passes == 0 else UNPROVEN, -np.inf, -1, 0
-        end, z, direction, mask = _best_set(
-            env,
-            q,
-            tips,
-            limits,
-            L,
-            below,
-            passed[:passes],
-            y,
-            w,
-            margin,
-            tableau,
-            record,
-            f_com,
-        )
+        hint = y.copy()
+        for _ in range(2):
+            end, z, direction, mask = _best_set(
+                env, q, tips, limits, L, below, passed[:passes], hint, w, margin, tableau, record,
+                f_com,
+            )  # fmt: skip
+            if end != UNPROVEN:
+                break
+            # What position control has left may be what leads astray.
+            tableau.basis[0] = UNUSED
+            hint[:] = 0.0
         if end != STABLE:
             return end, z, direction, mask
     if z < 0.0:

@@ -170,6 +170,8 @@ def run_pass(
         if end == TROUBLE:
             continue
         accepted, v = GOOD if attempt == 0 else CLOSE, 0.0
+        if end == INFEASIBLE:
+            accepted *= 1e-2
         good = (end == SOLVED and enough > 0.0) or dual_error(raw, cost, tau, y) <= accepted
         if end == SOLVED:
             v = lower_bound(raw, cost, L, kept)

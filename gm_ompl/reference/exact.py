@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from scipy.optimize import linprog
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import SolverError
@@ -28,7 +27,7 @@ MAX_STEPS = 500
 ROUNDS = 60
 """Cuts on z(f_com) at most."""
 GAP = 1e-9
-"""Cutting stops where both bounds on z lie within this, relative to max(z, 1e-3)."""
+"""Cutting stops where both bounds on z lie within this, relative to max(z, 1e-2)."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,8 @@ def exact_margin(model: Statics, limits: Array, force: BoolArray) -> ExactMargin
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
     """
-    tableau = _Tableau(_columns(model, limits, force))
+    columns = _columns(model, limits, force)
+    tableau = _Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1))
     worst, direction, y = Fraction(0), -1, tuple[Fraction, ...]()
     for number, signs in enumerate(_SIDES):
         tau = tableau.solve(signs)
@@ -76,7 +76,7 @@ def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
         force: (n,), which fingers are force-controlled.
     """
     columns = _columns(model, limits, force)
-    tableau = _Tableau(columns[1:], cost=0)
+    tableau = _Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1))
     if tableau.solve([-value for value in columns[0]]) is not None:
         return True
     # The ray is a wrench that does work on the load for which no contact makes up.
@@ -119,10 +119,10 @@ class _Tableau:
     """Dual simplex on integers: true entries are ``rows`` over ``denominator``.
 
     Columns: the program's, then one artificial variable per row, fixed at zero, which hold the
-    inverse of the basis. The last row holds the reduced costs; the first column has ``cost``.
+    inverse of the basis. The last row holds the reduced costs, none of which may begin below 0.
     """
 
-    def __init__(self, columns: Sequence[Sequence[Fraction]], cost: int = 1) -> None:
+    def __init__(self, columns: Sequence[Sequence[Fraction]], costs: Sequence[Fraction]) -> None:
         self._m, self._N = len(columns[0]), len(columns)
         # Powers of two make integers of doubles; every column may have its own.
         self._scales = [max(value.denominator for value in column) for column in columns]
@@ -131,8 +131,12 @@ class _Tableau:
             + [int(i == j) for j in range(self._m)]
             for i in range(self._m)
         ]
-        self.rows.append([cost * scale for scale in self._scales[:1]])
-        self.rows[-1] += [0] * (self._N + self._m - len(self.rows[-1]))
+        # So may the costs together.
+        self._unit = max((cost.denominator for cost in costs), default=1)
+        self.rows.append(
+            [int(cost * self._unit * scale)
+             for cost, scale in zip(costs, self._scales, strict=True)] + [0] * self._m
+        )  # fmt: skip
         self.basis = list(range(self._N, self._N + self._m))
         self.denominator = 1
         self.ray: tuple[Fraction, ...] = ()
@@ -147,7 +151,7 @@ class _Tableau:
             x = [self._times(row, side) for row in self.rows[:-1]]
             r = self._leaving(x, bland=step > DANTZIG_STEPS)
             if r is None:
-                return -self._times(self.rows[-1], side) / self.denominator
+                return -self._times(self.rows[-1], side) / (self.denominator * self._unit)
             sign = 1 if x[r] < 0 else -1
             c = self._entering(r, sign)
             if c is None:
@@ -163,7 +167,7 @@ class _Tableau:
     def duals(self) -> tuple[Fraction, ...]:
         """Return the first six multipliers of the present basis."""
         row = self.rows[-1][self._N : self._N + 6]
-        return tuple(Fraction(-value, self.denominator) for value in row)
+        return tuple(Fraction(-value, self.denominator * self._unit) for value in row)
 
     def _times(self, row: Sequence[int], side: Sequence[int | Fraction]) -> Fraction:
         return Fraction(sum(a * b for a, b in zip(row[self._N :], side, strict=False)))
@@ -239,28 +243,32 @@ def exact_best(model: Statics, force: BoolArray) -> ExactBest:
             return best
         cuts.append((c, slopes))
         most, f = _trial(cuts, model.f_max[force])
-        if most - best.least <= GAP * max(most, 1e-3) or len(cuts) == ROUNDS:
+        if most - best.least <= GAP * max(most, 1e-2) or len(cuts) == ROUNDS:
             return ExactBest(best.least, most, best.f_com, best.direction)
         limits = model.f_max.copy()
         limits[force] = f
 
 
 def _trial(cuts: Sequence[tuple[float, Array]], f_max: Array) -> tuple[float, Array]:
-    """Return a bound on z that the cuts prove, and the f_com that allows it, but for rounding."""
-    c, slopes = np.array([c for c, _ in cuts]), np.stack([slope for _, slope in cuts])
-    rows = np.column_stack([np.ones(len(c)), -slopes * f_max])
-    sizes = np.maximum(np.abs(rows).max(axis=1), np.abs(c))
-    found = linprog(
-        np.append(-1.0, np.zeros(len(f_max))), rows / sizes[:, None], c / sizes,
-        bounds=[(None, None), *[(0.0, 1.0)] * len(f_max)], method="highs-ds",
-        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-    )  # fmt: skip
-    if found.x is None:
-        return np.inf, f_max * np.random.default_rng(len(cuts)).random(len(f_max))
-    weights = np.maximum(-found.ineqlin.marginals, 0.0) / sizes
-    weights /= weights.sum()
-    most = float(weights @ c + np.maximum(weights @ slopes, 0.0) @ f_max)
-    return most, np.clip(found.x[1:], 0.0, 1.0) * f_max
+    """Return the largest z under the cuts, and the f_com that allows it.
+
+    Solved as its dual: min c . mu + f_max . nu, sum mu = 1, nu >= sum_j mu_j slopes_j, with z
+    shifted so that all costs are positive.
+    """
+    n = len(f_max)
+    shift = 1.0 - min(c for c, _ in cuts)
+    costs = [Fraction(c) + Fraction(shift) for c, _ in cuts]
+    columns = [[Fraction(1), *(-Fraction(s) for s in slopes.tolist())] for _, slopes in cuts]
+    for i, most in enumerate(f_max.tolist()):
+        for sign, cost in ((1, Fraction(most)), (-1, Fraction(0))):
+            columns.append([Fraction(sign * (j == 1 + i)) for j in range(1 + n)])
+            costs.append(cost)
+    tableau = _Tableau(columns, costs)
+    z = tableau.solve([1])
+    assert z is not None, "weights that add up to 1 exist"
+    f = [min(max(float(value), 0.0), most) for value, most in
+         zip(tableau.duals()[1 : 1 + n], f_max.tolist(), strict=True)]  # fmt: skip
+    return float(z - Fraction(shift)), np.array(f)
 
 
 def _cut(model: Statics, y: Sequence[Fraction], force: BoolArray) -> tuple[float, Array]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from scipy import sparse
 from scipy.optimize import nnls
 
 from gm_ompl.arrays import Array
+from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.exact_separation import nearest
 from gm_ompl.reference.program import LinearProgram
 from gm_ompl.reference.statics import Statics
 
@@ -26,7 +30,8 @@ class InternalForce:
     Attributes:
         excessive: whether internal force could grow without limit.
         wrenches: (6, e), the unit-norm wrenches of all edges that may press, R^(1/2) applied.
-        ray: (e,), where excessive: k >= 0 with sum 1 whose wrenches cancel.
+        ray: (e,), where excessive: k >= 0 with sum 1 whose wrenches cancel; empty where exact
+            arithmetic told.
         residual: norm (7) of what is left of them; +inf without a ray.
         wrench: (6,), where not excessive: unit vector y with y . a >= margin for every column
             a of ``wrenches``; no k >= 0 but 0 can then cancel.
@@ -47,20 +52,35 @@ class InternalForce:
 def excessive_internal_force(model: Statics, position: Collection[int]) -> InternalForce:
     """Judge Problem (5) with the given fingers under position control.
 
-    Raises:
-        SolverError: the solver returned no answer.
+    Exact arithmetic judges where HiGHS gives no certificate.
     """
     A = unit_wrenches(model, position)
     if A.shape[1] == 0:
         none = np.zeros(0)
         return InternalForce(False, A, none, np.inf, np.zeros(6), np.inf, False)
-    solution = highs.solve(internal_force_program(A))
-    verdict = certify(A, solution.x, solution.dual[:6])
-    if verdict.marginal:
-        # The optimum's own multipliers need not separate well: ask for the best certificates.
-        best = highs.solve(separation_program(A))
-        verdict = certify(A, cancelling(A, np.abs(best.dual)), best.x[:6])
-    return verdict
+    try:
+        solution = highs.solve(internal_force_program(A))
+        verdict = certify(A, solution.x, solution.dual[:6])
+        if verdict.marginal:
+            # The optimum's own multipliers need not separate well: ask for the best certificates.
+            best = highs.solve(separation_program(A))
+            verdict = certify(A, cancelling(A, np.abs(best.dual)), best.x[:6])
+    except SolverError:
+        return exactly(A)
+    return exactly(A) if verdict.marginal else verdict
+
+
+def exactly(A: Array) -> InternalForce:
+    """Judge wrenches (6, e), e at least 1, of unit norm in exact arithmetic."""
+    x = nearest([[Fraction(value) for value in column] for column in A.T.tolist()])
+    distance = math.sqrt(sum(value * value for value in x))
+    longest = max(abs(value) for value in x) or Fraction(1)
+    y = np.array([float(value / longest) for value in x])
+    y /= float(np.linalg.norm(y)) or 1.0
+    fails = sum(value * value for value in x) < Fraction(RESIDUAL) ** 2
+    margin = -np.inf if fails else float((y @ A).min())
+    none = np.zeros(0)
+    return InternalForce(fails, A, none, distance, none if fails else y, margin, False)
 
 
 def unit_wrenches(model: Statics, position: Collection[int]) -> Array:

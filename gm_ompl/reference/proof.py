@@ -24,7 +24,7 @@ from gm_ompl.reference.program import LpStatus
 from gm_ompl.reference.stability import DIRECTIONS, Stability, stability_program
 from gm_ompl.reference.statics import Statics, statics
 
-CLOSE = 4e-7
+CLOSE = 9e-7
 """Both bounds lie within this of each other, relative to max(z, LITTLE): else no proof."""
 LITTLE = 1e-3
 """z below this (over M g) need only be known to CLOSE times this."""

@@ -1,35 +1,21 @@
-"""Problem (5) in exact arithmetic: how far the hull of the columns is from the origin."""
+"""Problem (5) in exact arithmetic: how far the hull of the columns is from the origin.
+
+The last word where floating point finds neither a wrench that separates nor forces that cancel.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-
-import numpy as np
-
-from gm_ompl.reference.internal_force import RESIDUAL, InternalForce, unit_wrenches
-from gm_ompl.reference.statics import Statics
 
 Vector = Sequence[Fraction]
 
 
-def exact_verdict(model: Statics, position: Collection[int]) -> InternalForce:
-    """Judge Problem (5) of the given position-controlled fingers; never marginal."""
-    A = unit_wrenches(model, position)
-    if A.shape[1] == 0:
-        return InternalForce(False, A, np.zeros(0), np.inf, np.zeros(6), np.inf, False)
-    x = nearest([[Fraction(value) for value in column] for column in A.T.tolist()])
-    fails = _dot(x, x) < Fraction(RESIDUAL) ** 2
-    size = max(abs(value) for value in x) or Fraction(1)
-    y = np.array([float(value / size) for value in x])
-    y /= np.linalg.norm(y) or 1.0
-    return InternalForce(
-        fails, A, np.zeros(0), 0.0 if fails else np.inf, y, float((y @ A).min()), False
-    )
-
-
 def nearest(points: Sequence[Vector]) -> Vector:
-    """Return the point of the hull of ``points`` that is nearest to the origin (Wolfe)."""
+    """Return the point of the hull of ``points`` (at least one) that is nearest to the origin.
+
+    Wolfe's algorithm (Mathematical Programming 11, 1976, doi:10.1007/BF01580381).
+    """
     chosen = [min(range(len(points)), key=lambda j: _dot(points[j], points[j]))]
     weights = [Fraction(1)]
     while True:
