@@ -93,9 +93,11 @@ def plan(
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
+    fallbacks = 0
     try:
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, budget, rng, report or silent)
+        fallbacks = judging.backend.fallbacks
         moves = at_true_cost(problem, _steady(judging, result.moves))
     except KeyboardInterrupt:  # before the search could begin, or twice
         spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
@@ -106,7 +108,7 @@ def plan(
         moves,
         status=result.status.value,
         planner=planner,
-        statistics=result.statistics,
+        statistics={**result.statistics, "fallback_decisions": fallbacks},
         seed=seed,
         parameters=searcher.settings,
         optimal=result.optimal,

@@ -14,9 +14,11 @@ class Backend(Protocol):
 
     Attributes:
         decisions: mode decisions computed so far; answers from the memo are not counted.
+        fallbacks: those among them that another back end had to make.
     """
 
     decisions: int
+    fallbacks: int
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""

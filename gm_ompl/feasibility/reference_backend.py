@@ -19,12 +19,13 @@ class ReferenceBackend:
 
     Attributes:
         decisions: mode decisions computed so far; answers from the memo are not counted.
+        fallbacks: none.
     """
 
     def __init__(
         self, problem: Problem, decide: Callable[[Instant], ModeDecision] = decide_modes
     ) -> None:
-        self.decisions = 0
+        self.decisions = self.fallbacks = 0
         self._problem = problem
         self._decide = decide
         self._diagonal = problem.body.diagonal
