@@ -185,6 +185,10 @@ def test_results_do_not_depend_on_the_unit(cork_plan: Plan, tampered: Tampered) 
         wall.update({key: [1e3 * v for v in wall[key]] for key in ("min", "max")})
         draft["steps"] = draft["steps"][:2]
         for step in draft["steps"]:
+            turn = step["arc"]["rotation"]
+            turn["point"] = [1e3 * v for v in turn["point"]]
+            for pose in (step["pose_from"], step["pose_to"]):
+                pose["position"] = [1e3 * v for v in pose["position"]]
             for place in step["placements"]:
                 place["point"] = [1e3 * v for v in place["point"]]
 

@@ -245,7 +245,7 @@ def test_without_a_plan_the_start_is_shown(visit: Callable[..., Any], infeasible
     state = seen.tab.evaluate("gmOmpl.state(0)")
     start = infeasible.scenario["motion"]["start"]["position"]
     np.testing.assert_allclose(state["object"]["position"], start, atol=1e-12)
-    assert "infeasible" in seen.tab.locator("#summary").text_content()
+    assert "no plan exists on the scenario's lattice" in seen.tab.locator("#summary").text_content()
     assert not seen.tab.locator("#time").is_visible(), "there is nothing to play"
     seen.tab.keyboard.press("Space")
     seen.tab.keyboard.press("ArrowRight")
