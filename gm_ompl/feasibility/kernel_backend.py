@@ -15,12 +15,9 @@ from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
-from gm_ompl.mechanics.certificate import no_record
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.problem import Placements, Problem
-
-NO_RECORD = no_record()
 
 Key: TypeAlias = tuple[int, Placements, Placements]
 """Contact state, kinds of fingers, placements."""
@@ -118,7 +115,7 @@ class KernelBackend:
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         end, z, direction, mask = modes.decide(
             self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
-            self._f_max, DIRECTIONS, below / self.scale, -1, -1, *NO_RECORD, f_com, y,
+            self._f_max, DIRECTIONS, below / self.scale, -1, -1, f_com, y,
         )  # fmt: skip
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)

@@ -77,14 +77,11 @@ def decide_rows(
         answers: output.
     """
     hand = np.arange(len(f_max))
-    nothing, no_wrenches, no_solutions = (
-        np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)),
-    )  # fmt: skip
     for k in range(begin, end):
         state = which[k]
         env = states.env[states.first[state] : states.first[state + 1]]
         how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
             env, states.loads[state], tips, hand, rows[k], f_max, L, below, -1, -1,
-            nothing, no_wrenches, no_solutions, answers.commands[k], answers.wrenches[k],
+            answers.commands[k], answers.wrenches[k],
         )  # fmt: skip
         answers.ends[k] = how

@@ -41,11 +41,6 @@ class Record(NamedTuple):
     solutions: Array
 
 
-def no_record() -> Record:
-    """Return a record that keeps nothing."""
-    return Record(np.zeros(0, dtype=np.int64), np.zeros((0, 0, 6)), np.zeros((0, 0, 0)))
-
-
 def record_of(fingers: int, columns: int) -> Record:
     """Return room for the proof of one decision, of so many fingers and columns in all."""
     most = 1 << fingers
@@ -182,15 +177,23 @@ def lower_bound(raw: Array, cost: float, L: Array, kept: Array) -> float:
     """
     m, N = raw.shape
     rest, errors = np.empty(2 * SIDES), np.zeros(2 * SIDES)
+    used, count = np.empty(N, dtype=np.int64), 0
     for j in range(N):
-        row = kept[j]
+        row, most = kept[j], 0.0
         for c in range(2 * SIDES):
             row[c] = row[c] if row[c] > 0.0 else 0.0
+            most = row[c] if row[c] > most else most
+        if most > 0.0:
+            used[count] = j
+            count += 1
     for i in range(m):
-        for c in range(2 * SIDES):
-            rest[c] = -L[number(c), i] if i < 6 else 0.0
-        for j in range(N):
-            a, row = raw[i, j], kept[j]
+        rest[:] = 0.0
+        if i < 6:
+            for j in range(SIDES):
+                side = L[number(2 * j), i]
+                rest[2 * j], rest[2 * j + 1] = -side, side
+        for k in range(count):
+            a, row = raw[i, used[k]], kept[used[k]]
             if a != 0.0:
                 for c in range(2 * SIDES):
                     rest[c] += a * row[c]

@@ -11,7 +11,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
-from gm_ompl.mechanics.certificate import Record, no_record, record_of
+from gm_ompl.mechanics.certificate import Record, record_of
 
 OUTCOMES = {
     modes.STABLE: Outcome.STABLE,
@@ -73,14 +73,13 @@ def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
 
 def decide_columns(
     env: Array, q: Array, tips: Array, f_max: Array, below: float, f_com: Array, y: Array,
-    previous: int = -1, only: int = -1, record: Record | None = None,
+    previous: int = -1, only: int = -1,
 ) -> tuple[int, float, int, int]:  # fmt: skip
     """Decide Sec. 3.4 for a hand given by its columns (n, s, 6); the rest as ``modes.decide``."""
     everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
     return modes.decide(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only,
-        *(record or no_record()), f_com, y,
-    )  # fmt: skip
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only, f_com, y
+    )
 
 
 def decide_instant(
@@ -91,7 +90,12 @@ def decide_instant(
     Raises:
         SolverError: the kernel found no proof; the reference may.
     """
-    return _decide(instant, as_mask(previous), None)
+    env, q, tips, f_max = instant_columns(instant)
+    f_com = np.zeros(len(f_max))
+    answer = decide_columns(
+        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
+    )
+    return _in_units(instant, answer, f_com)
 
 
 def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
@@ -100,17 +104,19 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
     Raises:
         SolverError: the kernel found no proof; the reference may.
     """
-    n, s, m = len(instant.points), instant.cone_edges, len(instant.contacts.points)
-    record = record_of(n, s * (m + n))
-    return _decide(instant, -1, record), record
-
-
-def _decide(instant: Instant, previous: int, record: Record | None) -> ModeDecision:
     env, q, tips, f_max = instant_columns(instant)
-    f_com = np.zeros(len(f_max))
-    end, z, direction, mask = decide_columns(
-        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=previous, record=record
+    n = len(f_max)
+    record, f_com = record_of(n, len(env) + n * instant.cone_edges), np.zeros(n)
+    everyone, there = np.arange(n), np.zeros(n, dtype=np.int64)
+    answer = modes.prove(
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, record, f_com, np.zeros(6)
     )
+    return _in_units(instant, answer, f_com), record
+
+
+def _in_units(instant: Instant, answer: tuple[int, float, int, int], f_com: Array) -> ModeDecision:
+    """Return a kernel answer in the instant's units of force."""
+    end, z, direction, mask = answer
     scale = instant.force_scale
     decision = as_decision(end, z * scale, direction, mask, f_com * scale)
     if decision is None:

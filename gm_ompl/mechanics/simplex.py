@@ -140,6 +140,12 @@ def _close_bounded(
     _extremes(T, basis, m, N, S, weights, lo, hi)
     first = N + m
     costs = d[first : first + S]
+    closing = 0
+    for s in range(S):
+        closing += ahead[s] & (-lo[s] - costs[s] <= enough)
+        closing += behind[s] & (hi[s] + costs[s] <= enough)
+    if closing == 0:
+        return
     for s in range(S):
         for opposite in range(2):
             open_ = behind[s] if opposite else ahead[s]

@@ -114,7 +114,9 @@ def edges() -> None:
         f,
         np.empty((MAX_BLOCKS, 6)),
     )
-    stability.equilibrium(ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.no_record(), f)
+    stability.equilibrium(
+        ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
+    )
     certificate.lower_bound(raw, cost, DIRECTIONS, np.zeros((N, 2 * sides.SIDES)))
     certificate.separates_environment(ENV, w)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
