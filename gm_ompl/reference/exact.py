@@ -234,7 +234,11 @@ def exact_best(model: Statics, force: BoolArray) -> ExactBest:
     cuts: list[tuple[float, Array]] = []
     while True:
         found = exact_margin(model, limits, force)
-        c, slopes = _cut(model, found.wrench, force) if found.wrench else (np.inf, np.zeros(0))
+        c, slopes = (
+            _cut(model, found.wrench, force)
+            if found.wrench
+            else (np.inf, np.zeros(int(force.sum())))
+        )
         at = c + float(slopes @ limits[force])
         z = min(found.z, max(at, 0.0))
         if best is None or z > best.least or (z == best.least and at > best.most):

@@ -12,16 +12,25 @@ from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull, mass_properties
+from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import instant_columns
 from gm_ompl.problem import Environment
+from gm_ompl.reference.exact import exact_best
 from gm_ompl.reference.modes import decide_modes
+from gm_ompl.reference.statics import statics
 
 
 def z_of(instant: Instant, mask: int) -> float:
-    """z with the best f_com for a fixed set of position-controlled fingers; Problem (5) unasked."""
+    """z with the best f_com for a fixed set of position-controlled fingers; Problem (5) unasked.
+
+    The kernel proves nothing for sets that fail (5): exact arithmetic decides those.
+    """
     env, q, tips, f_max = instant_columns(instant)
-    _, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
+    end, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
+    if end == modes.UNPROVEN:
+        force = np.array([not mask >> i & 1 for i in range(len(f_max))], dtype=bool)
+        z = min(exact_best(statics(instant), force).least, 1e9)
     return float(z) * instant.force_scale
 
 
