@@ -67,11 +67,6 @@ CLOSE = 4e-7
 LITTLE = 1e-3
 """z below this (over force_scale) need only be known to CLOSE times this."""
 ROOT_SIX = np.sqrt(6.0)
-ROUNDING = 2e-15
-"""A product of two numbers, added up with five more, is wrong by less than this part of it. It
-matters to"""
-CLEAR = 1e-5
-"""margins below this: what rounding hides counts over the margin."""
 
 
 @compiled
@@ -107,12 +102,11 @@ def into_polar(env: Array, w: Array, margin: float, y: Array) -> bool:
         margin: positive, or anything else where ``w`` is not known.
         y: (6,), changed where some a . y > 0.
     """
-    worst, doubt = 0.0, ROUNDING if margin < CLEAR else 0.0
+    worst = 0.0
     for j in range(len(env)):
         dot = 0.0
         for t in range(6):
-            term = env[j, t] * y[t]
-            dot += term + doubt * abs(term)
+            dot += env[j, t] * y[t]
         worst = dot if dot > worst else worst
     if worst > 0.0:
         if not margin > 0.0:
