@@ -234,7 +234,8 @@ def position_margin(
         return REACHED if proven(0.0, max(U, 0.0)) else FAILED, 0.0, direction
     if tau <= NO_TAU:
         return UNBOUNDED, np.inf, direction
-    return REACHED if proven(v, U) else FAILED, 1.0 / tau, direction
+    # The proof may know better: the tableau's own tau carries the rounding of all its pivots.
+    return REACHED if proven(v, U) else FAILED, min(max(1.0 / tau, v), U), direction
 
 
 @compiled
