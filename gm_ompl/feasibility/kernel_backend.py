@@ -100,18 +100,19 @@ class KernelBackend:
             below: where z is proven smaller than this, outcome BELOW and a bound will do.
 
         """
-        key = (environment, self._hand(fingers)[0], placements)
+        kinds, hand = self._hand(fingers)
+        key = (environment, kinds, placements)
         known = self._known(key, below)
         if known is None:
-            known = self._solve(environment, fingers, placements, below)
+            answer = self._solve(environment, hand, placements, below)
+            known = answer or self._fall_back(environment, fingers, placements)
             self._memo[key] = known.outcome is not Outcome.BELOW, known
         return known
 
     def _solve(
-        self, environment: int, fingers: tuple[int, ...], placements: Placements, below: float
-    ) -> ModeDecision:
+        self, environment: int, hand: IntArray, placements: Placements, below: float
+    ) -> ModeDecision | None:
         self.decisions += 1
-        hand = self._hand(fingers)[1]
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         end, z, direction, mask = modes.decide(
             self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
@@ -119,8 +120,7 @@ class KernelBackend:
         )  # fmt: skip
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)
-        decision = as_decision(end, z * self.scale, direction, mask, f_com * self.scale)
-        return decision or self._fall_back(environment, fingers, placements)
+        return as_decision(end, z, direction, mask, f_com.tolist(), self.scale)
 
     def _fall_back(
         self, environment: int, fingers: tuple[int, ...], placements: Placements
@@ -185,8 +185,8 @@ class KernelBackend:
         """Return decision ``k`` and keep the cut that it leaves."""
         self.pool.add(environment, self._load[environment], answers.wrenches[k])
         decision = as_decision(
-            int(answers.ends[k]), float(answers.zs[k]) * self.scale, int(answers.directions[k]),
-            int(answers.masks[k]), answers.commands[k] * self.scale,
+            int(answers.ends[k]), float(answers.zs[k]), int(answers.directions[k]),
+            int(answers.masks[k]), answers.commands[k].tolist(), self.scale,
         )  # fmt: skip
         everyone = tuple(range(len(rows)))
         return decision or self._fall_back(environment, everyone, tuple(rows.tolist()))

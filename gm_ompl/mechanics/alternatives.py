@@ -23,6 +23,7 @@ from gm_ompl.mechanics.instant import (
     instant_columns,
 )
 from gm_ompl.mechanics.kelley import force_control
+from gm_ompl.mechanics.resistance import new_resistance
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE
 from gm_ompl.mechanics.stability import FAILED, REACHED, cut, fill, run_pass
@@ -72,10 +73,10 @@ def commanded_margin(
     m, N = 6 + n, 1 + e + n * s + n
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
     basis, y, w = np.empty(m, dtype=np.int64), np.empty(m), np.zeros(6)
-    kept = np.empty((N, 2 * SIDES))
+    found = new_resistance(m)
     cost = fill(env, q, tips, f_max, force, f, raw)
     end, _, _, v = run_pass(
-        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y, kept
+        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y, found
     )
     size = float(np.abs(y[:6]).max())
     wrench = y[:6] / size if size > NO_TAU else np.zeros(6)
@@ -141,7 +142,7 @@ class Alternatives:
         )
         if end != modes.STABLE or z * self._scale < least:
             return None
-        return as_decision(modes.STABLE, z * self._scale, direction, mask, f * self._scale)
+        return as_decision(modes.STABLE, z, direction, mask, f.tolist(), self._scale)
 
     def at(
         self, chosen: tuple[ControlMode, ...], f_com: Array

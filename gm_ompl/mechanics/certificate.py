@@ -1,9 +1,6 @@
 """What proves a decision, compiled: a few dot products that do not trust the simplex.
 
-z >= v: for one f_com, 76 solutions of tau_i q + A k_i = l_i up to a residual r_i. The wrenches
-that can be resisted form a convex set with the points (l_i + r_i) / tau_i. In any direction u some
-l_i has l_i . u >= |u|, so the set reaches at least as far as v max_i l_i . u, with
-v = min_i (1 - |r_i|) / tau_i: it holds v l_i for all i.
+z >= v: for one f_com, what resists each direction (``resistance``).
 
 z <= U: wrenches y_k in the polar of the environment's cone, each with the inequality
 
@@ -23,7 +20,8 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.internal_force import PASSES, separate
-from gm_ompl.mechanics.sides import SIDES, number
+from gm_ompl.mechanics.resistance import Resistance, written_out
+from gm_ompl.mechanics.sides import SIDES
 
 
 class Record(NamedTuple):
@@ -51,7 +49,9 @@ def record_of(fingers: int, columns: int) -> Record:
 
 
 @compiled
-def write_down(record: Record, j: int, mask: int, Y: Array, kept: Array, solved: bool) -> None:
+def write_down(
+    record: Record, j: int, mask: int, Y: Array, found: Resistance, solved: bool
+) -> None:
     """Write down set j's wrenches Y, and its solutions where they are ``solved``."""
     if j >= len(record.sets):
         return
@@ -59,7 +59,7 @@ def write_down(record: Record, j: int, mask: int, Y: Array, kept: Array, solved:
     record.wrenches[j] = 0.0
     record.wrenches[j, : len(Y)] = Y
     if solved:
-        record.solutions[j, : len(kept)] = kept
+        written_out(found, record.solutions[j])
 
 
 CLOSE = 4e-7
@@ -163,69 +163,6 @@ def unattained(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, 
         return 0.0
     bound = upper_bound(q, tips, f_max, force, L, y.reshape(1, 6))
     return -bound * reach(L, y) / np.sqrt(square)
-
-
-@compiled
-def lower_bound(raw: Array, cost: float, L: Array, kept: Array) -> float:
-    """Return v <= z for one f_com, see the top; 0 where the solutions prove nothing.
-
-    Args:
-        raw: (m, N), the tau program's columns.
-        cost: of the tau column: tau = cost times its variable.
-        L: (76, 6), the directions.
-        kept: (N, 76), solutions in the order of codes (``sides``), negative entries set to 0 here.
-    """
-    m, N = raw.shape
-    rest, errors = np.empty(2 * SIDES), np.zeros(2 * SIDES)
-    used, count = np.empty(N, dtype=np.int64), 0
-    for j in range(N):
-        row, most = kept[j], 0.0
-        for c in range(2 * SIDES):
-            row[c] = row[c] if row[c] > 0.0 else 0.0
-            most = row[c] if row[c] > most else most
-        if most > 0.0:
-            used[count] = j
-            count += 1
-    for i in range(m):
-        rest[:] = 0.0
-        if i < 6:
-            for j in range(SIDES):
-                side = L[number(2 * j), i]
-                rest[2 * j], rest[2 * j + 1] = -side, side
-        for k in range(count):
-            a, row = raw[i, used[k]], kept[used[k]]
-            if a != 0.0:
-                for c in range(2 * SIDES):
-                    rest[c] += a * row[c]
-        if i < 6:
-            for c in range(2 * SIDES):
-                errors[c] += rest[c] * rest[c]
-        else:
-            # A normal force too large, or not as commanded: put right, it moves the wrench.
-            arm = _longest(raw, i)
-            for c in range(2 * SIDES):
-                errors[c] += 2.0 * arm * abs(rest[c]) * (np.sqrt(errors[c]) + arm * abs(rest[c]))
-    least = np.inf
-    for c in range(2 * SIDES):
-        tau = cost * kept[0, c]
-        z = (1.0 - np.sqrt(errors[c])) / tau if tau > 0.0 else np.inf
-        if not errors[c] < 0.25:
-            z = 0.0
-        least = z if z < least else least
-    return max(least, 0.0)
-
-
-@compiled
-def _longest(raw: Array, i: int) -> float:
-    """Return the norm of the longest wrench among the columns with an entry 1 in row i."""
-    best = 0.0
-    for j in range(1, raw.shape[1]):
-        if raw[i, j] == 1.0:
-            square = 0.0
-            for t in range(6):
-                square += raw[t, j] * raw[t, j]
-            best = max(best, square)
-    return np.sqrt(best)
 
 
 @compiled

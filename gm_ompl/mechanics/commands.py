@@ -34,6 +34,7 @@ from gm_ompl.mechanics.kelley import (
     tightest,
     try_command,
 )
+from gm_ompl.mechanics.resistance import new_resistance
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import SOLVED, TROUBLE
 from gm_ompl.mechanics.stability import (
@@ -75,7 +76,7 @@ def _joint(
     n, s = len(tips), tips.shape[1]
     m, N = 6 + n, 1 + len(env) + n * s + n
     raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, y, kept = np.empty(m, dtype=np.int64), np.empty(m), np.empty((N, 2 * SIDES))
+    basis, y, found = np.empty(m, dtype=np.int64), np.empty(m), new_resistance(m)
     chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
     Y, tolerance = np.empty((MAX_BLOCKS, 6)), FEASIBLE
     for K in range(len(met) - 1, -1, -1):
@@ -92,7 +93,7 @@ def _joint(
                 return FAILED, 0.0, -1, 0.0, np.inf
             tolerance = CAREFUL
             continue
-        write_down(record, j, mask, Y[:count], kept, False)
+        write_down(record, j, mask, Y[:count], found, False)
         if below > 0.0 and z < below:
             return BELOW, z, chosen[0], 0.0, U
         if z <= ZERO:
@@ -100,10 +101,10 @@ def _joint(
         cost = fill(env, q, tips, f_max, force, f, raw)
         limit = (1.0 + 1e-9) / z
         end, direction, _, v = run_pass(
-            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y, kept
+            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y, found
         )
         if end == SOLVED:
-            write_down(record, j, mask, Y[:count], kept, True)
+            write_down(record, j, mask, Y[:count], found, True)
             return REACHED, z, direction, v, U
         if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
             if tolerance < FEASIBLE:
@@ -194,8 +195,9 @@ def best_commands(
             if end == TROUBLE:
                 return FAILED, np.inf
             if end == SOLVED and cuts.bounds[j] < np.inf:
-                write_down(record, j, masks[j], cuts.proofs[j], work.kept, True)
-                zs[j], which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
+                write_down(record, j, masks[j], cuts.proofs[j], work.found, True)
+                z, which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
+                zs[j] = min(max(z, cuts.held[j]), cuts.proven[j])
                 limiting[j], top = cuts.met[which], max(top, zs[j])
             elif not add_cut(env, q, tips, f_max, masks, force, L, w, margin, work.y, cuts, K):
                 return UNBOUNDED, np.inf
@@ -206,7 +208,7 @@ def best_commands(
                     cuts.passes[j] = MAX_PASSES
     for j in range(min(sets, len(record.sets))):
         if record.sets[j] < 0:
-            write_down(record, j, masks[j], cuts.proofs[j], work.kept, False)
+            write_down(record, j, masks[j], cuts.proofs[j], work.found, False)
     return _proven(zs, cuts, top, below)
 
 

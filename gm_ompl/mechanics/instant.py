@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.certificate import Record, record_of
 
 OUTCOMES = {
-    modes.STABLE: Outcome.STABLE,
     modes.INTERNAL_FORCE: Outcome.INTERNAL_FORCE,
     modes.NO_EQUILIBRIUM: Outcome.NO_EQUILIBRIUM,
 }
@@ -28,23 +28,24 @@ def as_mask(previous: tuple[ControlMode, ...] | None) -> int:
     return sum(1 << i for i, mode in enumerate(previous) if mode is ControlMode.POSITION)
 
 
-def as_decision(end: int, z: float, direction: int, mask: int, f_com: Array) -> ModeDecision | None:
-    """Return the ModeDecision of a kernel answer, forces in the units of ``f_com``.
+def as_decision(
+    end: int, z: float, direction: int, mask: int, f_com: list[float], scale: float
+) -> ModeDecision | None:
+    """Return the ModeDecision of a kernel answer whose forces are in units of ``scale``.
 
     None where the kernel found no proof.
     """
+    if end == modes.STABLE:
+        held = _held(mask, len(f_com))
+        forces = [
+            None if mode is ControlMode.POSITION else f * scale
+            for mode, f in zip(held, f_com, strict=True)
+        ]
+        return ModeDecision(Outcome.STABLE, z * scale, held, tuple(forces), direction)
     if end == modes.UNDER:
-        return ModeDecision(Outcome.BELOW, float(z))
-    if end not in OUTCOMES:
-        return None
-    if end != modes.STABLE:
-        return ModeDecision(OUTCOMES[end], -np.inf)
-    forces: list[float | None] = f_com.tolist()
-    for i in range(len(forces)):
-        if (mask >> i) & 1:
-            forces[i] = None
-    held = _held(mask, len(forces))
-    return ModeDecision(Outcome.STABLE, float(z), held, tuple(forces), int(direction))
+        return ModeDecision(Outcome.BELOW, z * scale)
+    outcome = OUTCOMES.get(end)
+    return None if outcome is None else ModeDecision(outcome, -math.inf)
 
 
 @functools.cache
@@ -117,8 +118,7 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
 def _in_units(instant: Instant, answer: tuple[int, float, int, int], f_com: Array) -> ModeDecision:
     """Return a kernel answer in the instant's units of force."""
     end, z, direction, mask = answer
-    scale = instant.force_scale
-    decision = as_decision(end, z * scale, direction, mask, f_com * scale)
+    decision = as_decision(end, z, direction, mask, f_com.tolist(), instant.force_scale)
     if decision is None:
         raise SolverError("the mechanics kernel found no mode decision that it can prove")
     return decision

@@ -17,7 +17,8 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import into_polar, upper_bound
 from gm_ompl.mechanics.master import best_command
-from gm_ompl.mechanics.sides import SIDES
+from gm_ompl.mechanics.resistance import Resistance, new_resistance
+from gm_ompl.mechanics.sides import width
 from gm_ompl.mechanics.simplex import NO_TAU
 from gm_ompl.mechanics.stability import Tableau, cut, fill, run_pass
 from gm_ompl.mechanics.tableau import NEVER
@@ -80,7 +81,7 @@ class Work(NamedTuple):
         tau: (sets, m), the raw tau column of the last pass.
         change: (m,), what f_com's step adds to it.
         y: (m,), duals.
-        kept: (N, 76), what resists each direction.
+        found: what resists each direction.
     """
 
     raw: Array
@@ -90,18 +91,18 @@ class Work(NamedTuple):
     tau: Array
     change: Array
     y: Array
-    kept: Array
+    found: Resistance
 
 
 @compiled
 def new_work(sets: int, n: int, e: int, s: int) -> Work:
     """Return unused tableaus for hands of n fingers, e columns of the environment."""
     m, N = 6 + n, 1 + e + n * s + n
-    W = N + m + SIDES
+    W = width(m, N)
     return Work(
         np.empty((m, N)), np.empty((sets, m, W)), np.empty((sets, W)),
         np.empty((sets, m), dtype=np.int64), np.empty((sets, m)), np.empty(m), np.empty(m),
-        np.empty((N, 2 * SIDES)),
+        new_resistance(m),
     )  # fmt: skip
 
 
@@ -278,6 +279,6 @@ def try_command(
     warm = tried % FRESH > 0 or (tried == 0 and work.basis[j, 0] != UNUSED)
     end, _, _, cuts.held[j] = run_pass(
         work.raw, cost, L, work.T[j], work.d[j], work.basis[j], work.change, warm, limit, enough,
-        patience, work.y, work.kept,
+        patience, work.y, work.found,
     )  # fmt: skip
     return end

@@ -192,7 +192,7 @@ def _decide(
         end, z, direction = position_margin(
             env, q, tips, limits, L, below, tight, tableau, w, margin, y
         )
-        write_down(record, 0, everyone, y.reshape(1, 6), tableau.kept, tight and z > 0.0)
+        write_down(record, 0, everyone, y.reshape(1, 6), tableau.found, tight and z > 0.0)
         if end == BELOW:
             return UNDER, z, direction, everyone
         if tight and end != REACHED:

@@ -18,6 +18,12 @@ SIDES = 38
 
 
 @compiled
+def width(m: int, N: int) -> int:
+    """Return how long a tableau's rows are: rounded up, so that they begin where vectors do."""
+    return (N + m + SIDES + 7) // 8 * 8
+
+
+@compiled
 def number(code: int) -> int:
     """Return the number 0..75 of a coded direction."""
     j = code // 2
@@ -109,46 +115,6 @@ def refactor(
         if row >= 0:
             free[row] = False
             pivot(T, d, basis, m, N + m + SIDES, row, c)
-
-
-@compiled
-def refine(raw: Array, T: Array, basis: IntArray, m: int, N: int, side: Array, x: Array) -> None:
-    """Correct the basic solution x (m,) of ``side`` by what it leaves, twice.
-
-    Large coefficients that cancel almost need it: the tableau has them to rounding of the largest.
-    """
-    rest = np.empty(m)
-    for _ in range(2):
-        for t in range(m):
-            rest[t] = side[t]
-        for r in range(m):
-            if basis[r] < N:
-                for t in range(m):
-                    rest[t] -= raw[t, basis[r]] * x[r]
-            else:
-                rest[basis[r] - N] -= x[r]
-        for r in range(m):
-            for t in range(m):
-                x[r] += T[r, N + t] * rest[t]
-
-
-@compiled
-def refine_duals(
-    raw: Array, T: Array, basis: IntArray, m: int, N: int, cost: float, y: Array
-) -> None:
-    """Correct the duals y (m,) of the basis by the reduced costs that they leave, twice."""
-    rest = np.empty(m)
-    for _ in range(2):
-        for r in range(m):
-            rest[r] = cost if basis[r] == 0 else 0.0
-            if basis[r] < N:
-                for t in range(m):
-                    rest[r] -= raw[t, basis[r]] * y[t]
-            else:
-                rest[r] -= y[basis[r] - N]
-        for r in range(m):
-            for t in range(m):
-                y[t] += rest[r] * T[r, N + t]
 
 
 @compiled

@@ -14,11 +14,10 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.mechanics.sides import SIDES, number, refine, refine_duals
+from gm_ompl.mechanics.resistance import Resistance
+from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.tableau import (
-    CAREFUL,
     DANTZIG_STEPS,
-    FEASIBLE,
     MAX_STEPS,
     MORE_STEPS,
     entering,
@@ -78,57 +77,25 @@ def _extremes(
 
 
 @inlined
-def _solution(
-    raw: Array, L: Array, T: Array, basis: IntArray, m: int, N: int, column: int, code: int,
-    careful: bool, x: Array,
+def _keep(
+    T: Array, basis: IntArray, m: int, column: int, code: int, times: float, columns: IntArray,
+    x: Array, multiples: Array, order: IntArray, count: int,
 ) -> None:  # fmt: skip
-    """Write a direction's basic solution (m,): as it stands in the tableau, or refined."""
+    """Keep the basic solution of a direction, and how often the balance comes to it."""
     sign = -1.0 if code % 2 else 1.0
     for r in range(m):
-        x[r] = sign * T[r, column]
-    if careful:
-        side = np.zeros(m)
-        for t in range(6):
-            side[t] = L[number(code), t]
-        refine(raw, T, basis, m, N, side, x)
-
-
-@inlined
-def _keep(
-    basis: IntArray, m: int, N: int, code: int, x: Array, kept: Array, has: BoolArray,
-    balance: Array,
-) -> None:  # fmt: skip
-    """Keep a direction solved by x; with its opposite it makes a balance (right-hand side 0)."""
-    for r in range(m):
-        if basis[r] < N:
-            kept[basis[r], code] = max(x[r], 0.0)
-    has[code] = True
-    if has[code ^ 1]:
-        for j in range(N):
-            balance[j] += kept[j, code] + kept[j, code ^ 1]
-
-
-@inlined
-def _keep_bounded(
-    basis: IntArray, m: int, N: int, code: int, x: Array, kept: Array, balance: Array,
-    times: float,
-) -> None:  # fmt: skip
-    """Keep a direction that its basic solution x resists with the balance added ``times``."""
-    for j in range(N):
-        if balance[j] > 0.0:
-            kept[j, code] = times * balance[j]
-    for r in range(m):
-        if basis[r] < N:
-            kept[basis[r], code] += x[r]
+        columns[code, r] = basis[r]
+        x[code, r] = sign * T[r, column]
+    multiples[code], order[count] = times, code
 
 
 @inlined
 def _close_bounded(
-    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int, S: int,
-    slots: IntArray, cost: float, balance: Array, enough: float, ahead: BoolArray,
-    behind: BoolArray, lo: Array, hi: Array, weights: Array, careful: bool, x: Array, kept: Array,
-) -> None:  # fmt: skip
-    """Close the directions that the balance proves to have tau <= enough, and keep why.
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray, cost: float,
+    enough: float, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, weights: Array,
+    columns: IntArray, x: Array, multiples: Array, order: IntArray, count: int, balance: Array,
+) -> int:  # fmt: skip
+    """Close the directions that the balance proves to have tau <= enough; return how many are.
 
     The basic solution of a direction plus a multiple of the balance resists that direction too,
     once the sum is nowhere negative.
@@ -144,21 +111,16 @@ def _close_bounded(
     for s in range(S):
         closing += ahead[s] & (-lo[s] - costs[s] <= enough)
         closing += behind[s] & (hi[s] + costs[s] <= enough)
-    if closing == 0:
-        return
-    for s in range(S):
-        for opposite in range(2):
-            open_ = behind[s] if opposite else ahead[s]
-            more, tau = (hi[s], costs[s]) if opposite else (-lo[s], -costs[s])
-            if not open_ or more + tau > enough:
-                continue
-            if opposite:
-                behind[s] = False
-            else:
-                ahead[s] = False
-            code = 2 * slots[s] + opposite
-            _solution(raw, L, T, basis, m, N, first + s, code, careful, x)
-            _keep_bounded(basis, m, N, code, x, kept, balance, more * per_tau)
+    for s in range(S if closing > 0 else 0):
+        if ahead[s] and -lo[s] - costs[s] <= enough:
+            ahead[s], code, times = False, 2 * slots[s], -lo[s] * per_tau
+            _keep(T, basis, m, first + s, code, times, columns, x, multiples, order, count)
+            count += 1
+        if behind[s] and hi[s] + costs[s] <= enough:
+            behind[s], code, times = False, 2 * slots[s] + 1, hi[s] * per_tau
+            _keep(T, basis, m, first + s, code, times, columns, x, multiples, order, count)
+            count += 1
+    return count
 
 
 @inlined
@@ -200,14 +162,19 @@ def _choose(costs: Array, S: int, ahead: BoolArray, behind: BoolArray, bounds: A
 
 @inlined
 def _close_solved(
-    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int, S: int,
-    slots: IntArray, ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, careful: bool,
-    x: Array, kept: Array, has: BoolArray, balance: Array, worst: int, worst_tau: float,
-) -> tuple[int, float]:  # fmt: skip
-    """Close the directions that the present basis solves; return the worst so far, and its tau."""
+    T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, slots: IntArray,
+    ahead: BoolArray, behind: BoolArray, lo: Array, hi: Array, overlooked: float,
+    columns: IntArray, x: Array, multiples: Array, order: IntArray, count: int,
+    alone: BoolArray, balance: Array, worst: int, worst_tau: float,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Close the directions that the present basis solves.
+
+    Returns:
+        How many are closed, the worst so far, its tau.
+    """
     first = N + m
     for s in range(S):
-        slack = (CAREFUL if careful else FEASIBLE) * max(1.0, max(hi[s], -lo[s]))
+        slack = overlooked * max(1.0, max(hi[s], -lo[s]))
         if min(hi[s], -lo[s]) > slack:
             continue
         for opposite in range(2):
@@ -219,17 +186,23 @@ def _close_solved(
                 behind[s] = False
             else:
                 ahead[s] = False
-            _solution(raw, L, T, basis, m, N, first + s, code, careful, x)
-            _keep(basis, m, N, code, x, kept, has, balance)
+            _keep(T, basis, m, first + s, code, 0.0, columns, x, multiples, order, count)
+            count += 1
+            alone[code] = True
+            if alone[code ^ 1]:
+                for k in (code, code ^ 1):
+                    for r in range(m):
+                        if columns[k, r] < N:
+                            balance[columns[k, r]] += max(x[k, r], 0.0)
             if tau > worst_tau:
                 worst, worst_tau = code, tau
-    return worst, worst_tau
+    return count, worst, worst_tau
 
 
 @inlined
 def _step(
     T: Array, d: Array, basis: IntArray, m: int, N: int, S: int, now: int, least: float,
-    careful: bool, bland: bool, x: Array, y: Array, room: Array,
+    overlooked: float, bland: bool, x: Array, y: Array, room: Array,
 ) -> int:  # fmt: skip
     """Pivot towards a direction; where nothing resists it, ``y`` (m,) gets the ray that proves it.
 
@@ -242,7 +215,7 @@ def _step(
     sign = -1.0 if now % 2 else 1.0
     for r in range(m):
         x[r] = sign * T[r, column]
-    r = leaving(x, basis, m, N, CAREFUL if careful else FEASIBLE, bland)
+    r = leaving(x, basis, m, N, overlooked, bland)
     if r < 0:
         return TROUBLE
     sign = 1.0 if x[r] < 0.0 else -1.0
@@ -257,70 +230,65 @@ def _step(
 
 @compiled
 def search_directions(
-    raw: Array, L: Array, T: Array, d: Array, basis: IntArray, cost: float, limit: float,
-    enough: float, patience: int, least: float, careful: bool, bland: bool, y: Array,
-    kept: Array,
+    T: Array, d: Array, basis: IntArray, m: int, N: int, cost: float, limit: float,
+    enough: float, patience: int, least: float, overlooked: float, bland: bool, y: Array,
+    found: Resistance,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Find the direction with the largest tau, or one whose tau is large enough.
 
     Args:
-        raw: (m, N), the columns.
-        L: (76, 6), the directions.
         T: tableau, dual feasible, with all right-hand sides; left at its last basis, and right-hand
             sides are lost.
         d: reduced costs.
         basis: basic variable per row.
+        m: number of rows.
+        N: number of real columns.
         cost: of the tau column: tau = cost times its variable.
         limit: stop as soon as a direction is solved whose tau exceeds this.
         enough: a tau that is proven to stay within this need not be known; 0 for the largest
             tau exactly.
         patience: pivots after which the worst direction so far will do.
         least: the smallest entry accepted as a pivot.
-        careful: whether solutions and duals are refined, and no more than rounding is overlooked.
+        overlooked: how far a basic variable may be on the wrong side, relative to the largest.
         bland: use Bland's rule throughout, the slow and sure one.
         y: output (m,): the duals that prove the tau returned (y . l_i = tau), or the ray with
             y . l_i > 0 where a direction is infeasible.
-        kept: output (N, 76), by code: what resists each direction, where all were found.
+        found: output, what resists each direction that was closed.
 
     Returns:
-        How the pass ended, the direction, its tau.
+        How the pass ended, the direction's code, its tau.
     """
-    m, N = raw.shape
     ahead, behind = np.ones(SIDES, dtype=np.bool_), np.ones(SIDES, dtype=np.bool_)
-    slots, has, work = np.arange(SIDES), np.zeros(2 * SIDES, dtype=np.bool_), np.empty((2, SIDES))
-    lo, hi = work[0], work[1]
-    ones, weights, x, balance, room = (
-        np.ones(m), np.empty(m), np.empty(m), np.zeros(N), np.empty(N),
-    )  # fmt: skip
-    kept[:, :] = 0.0
-    now, worst, worst_tau, here, first, S = -1, -1, -1.0, 0, N + m, len(slots)
+    slots, work, room = np.arange(SIDES), np.empty((2, SIDES)), np.empty(N)
+    lo, hi, ones, weights, side = work[0], work[1], np.ones(m), np.empty(m), np.empty(m)
+    alone, balance = np.zeros(2 * SIDES, dtype=np.bool_), np.zeros(N)
+    columns, x, multiples, order = found.basis, found.x, found.times, found.order
+    now, worst, worst_tau, here, first, S, count = -1, -1, -1.0, 0, N + m, len(slots), 0
     for step in range(MAX_STEPS + MORE_STEPS * N):
         _extremes(T, basis, m, N, S, ones, lo, hi)
         before = worst
-        worst, worst_tau = _close_solved(
-            raw, L, T, d, basis, m, N, S, slots, ahead, behind, lo, hi, careful, x, kept, has,
-            balance, worst, worst_tau,
+        count, worst, worst_tau = _close_solved(
+            T, d, basis, m, N, S, slots, ahead, behind, lo, hi, overlooked, columns, x, multiples,
+            order, count, alone, balance, worst, worst_tau,
         )  # fmt: skip
         if worst != before:
             for r in range(m):
                 y[r] = -d[N + r]
-            if careful:
-                refine_duals(raw, T, basis, m, N, cost, y)
         if worst_tau > limit or (step >= patience and worst_tau > NO_TAU):
-            return EXCEEDED, number(worst), worst_tau
+            return EXCEEDED, worst, worst_tau
         if balance[0] > 0.0:
-            _close_bounded(
-                raw, L, T, d, basis, m, N, S, slots, cost, balance, max(worst_tau, enough), ahead,
-                behind, lo, hi, weights, careful, x, kept,
+            count = _close_bounded(
+                T, d, basis, m, N, S, slots, cost, max(worst_tau, enough), ahead, behind, lo, hi,
+                weights, columns, x, multiples, order, count, balance,
             )  # fmt: skip
         if now < 0 or not (behind[now // 2] if now % 2 else ahead[now // 2]):
             S = _drop_closed(T, d, m, first, S, slots, ahead, behind)
             if S == 0:
-                return SOLVED, number(worst), worst_tau
+                return SOLVED, worst, worst_tau
             now, here = _choose(d[first : first + S], S, ahead, behind, lo), 0
         here += 1
         slow = bland or here > DANTZIG_STEPS + N
-        end = _step(T, d, basis, m, N, S, now, least, careful, slow, x, y, room)
+        end = _step(T, d, basis, m, N, S, now, least, overlooked, slow, side, y, room)
         if end != SOLVED:
-            return end, number(2 * slots[now // 2] + now % 2), np.inf
+            return end, 2 * slots[now // 2] + now % 2, np.inf
     return TROUBLE, -1, 0.0

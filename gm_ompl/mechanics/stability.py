@@ -19,14 +19,20 @@ from gm_ompl.mechanics.certificate import (
     CLOSE,
     Record,
     into_polar,
-    lower_bound,
     proven,
     support,
     unattained,
     upper_bound,
     write_down,
 )
-from gm_ompl.mechanics.sides import SIDES, dual_error, move_tau, refactor, start
+from gm_ompl.mechanics.resistance import (
+    Resistance,
+    lower_bound,
+    new_resistance,
+    refine,
+    refine_duals,
+)
+from gm_ompl.mechanics.sides import SIDES, dual_error, move_tau, number, refactor, start, width
 from gm_ompl.mechanics.simplex import (
     EXCEEDED,
     INFEASIBLE,
@@ -60,24 +66,24 @@ class Tableau(NamedTuple):
         T: (m, W), the tableau.
         d: (W,), reduced costs.
         basis: (m,).
-        kept: (N, 76), what resists each direction.
+        found: what resists each direction.
     """
 
     raw: Array
     T: Array
     d: Array
     basis: IntArray
-    kept: Array
+    found: Resistance
 
 
 @compiled
 def new_tableau(n: int, e: int, s: int) -> Tableau:
     """Return room for the tau program of n fingers of s columns, e columns of the environment."""
     m, N = 6 + n, 1 + e + n * s + n
-    W = N + m + SIDES
+    W = width(m, N)
     return Tableau(
         np.empty((m, N)), np.empty((m, W)), np.empty(W), np.empty(m, dtype=np.int64),
-        np.empty((N, 2 * SIDES)),
+        new_resistance(m),
     )  # fmt: skip
 
 
@@ -131,7 +137,7 @@ def cut(q: Array, tips: Array, f_max: Array, force: BoolArray, y: Array, slopes:
 @compiled
 def run_pass(
     raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, change: Array,
-    warm: bool, limit: float, enough: float, patience: int, y: Array, kept: Array,
+    warm: bool, limit: float, enough: float, patience: int, y: Array, found: Resistance,
 ) -> tuple[int, int, float, float]:  # fmt: skip
     """Search the directions for raw columns (m, N); see ``search_directions``.
 
@@ -148,11 +154,11 @@ def run_pass(
         enough: likewise.
         patience: likewise.
         y: output, likewise.
-        kept: output, likewise.
+        found: output, likewise.
 
     Returns:
         As ``search_directions``, and where all directions are resisted the proven z, at least
-        1 / max(tau, enough) but for CLOSE; else 0.
+        1 / max(tau, enough) but for CLOSE; else, or where a rough answer would do, 0.
     """
     m, N = raw.shape
     if not warm or not move_tau(change, L, T, d, basis, m, N):
@@ -163,18 +169,23 @@ def run_pass(
             refactor(raw, cost, L, T, d, basis, m, N)
         elif attempt:
             start(raw, cost, L, T, d, basis, m, N)
-        end, direction, tau = search_directions(
-            raw, L, T, d, basis, cost, limit, enough, patience, PIVOTS[attempt], attempt > 0,
-            attempt > 3, y, kept,
+        end, code, tau = search_directions(
+            T, d, basis, m, N, cost, limit, enough, patience, PIVOTS[attempt],
+            CAREFUL if attempt else FEASIBLE, attempt > 3, y, found,
         )  # fmt: skip
         if end == TROUBLE:
             continue
+        direction = number(code)
+        if attempt and end != INFEASIBLE:
+            refine_duals(raw, cost, found.basis[code], y)
+        if attempt and end == SOLVED:
+            refine(raw, L, found)
         accepted, v = GOOD if attempt == 0 else CLOSE, 0.0
         if end == INFEASIBLE:
             accepted *= 1e-2
         good = (end == SOLVED and enough > 0.0) or dual_error(raw, cost, tau, y) <= accepted
-        if end == SOLVED:
-            v = lower_bound(raw, cost, L, kept)
+        if end == SOLVED and patience == NEVER:
+            v = lower_bound(raw, cost, L, found)
             most = max(tau, enough)
             good = good and (v * most >= 1.0 - accepted or (attempt > 0 and proven(v, 1.0 / most)))
         if good:
@@ -214,7 +225,7 @@ def position_margin(
     enough = 0.0 if exact or below <= 0.0 else limit
     end, direction, tau, v = run_pass(
         raw, cost, L, tableau.T, tableau.d, tableau.basis, prices, False, limit, enough,
-        NEVER if exact else A_LOOK, prices, tableau.kept,
+        NEVER if exact else A_LOOK, prices, tableau.found,
     )  # fmt: skip
     for t in range(6):
         y[t] = prices[t]
@@ -268,7 +279,7 @@ def equilibrium(
         end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y[0])
         proof = end == 0 and into_polar(env, w, margin, y[0])
         if proof and unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED:
-            write_down(record, 0, (1 << n) - 1, y, raw, False)
+            write_down(record, 0, (1 << n) - 1, y, new_resistance(0), False)
             return BELOW
         if end != 1:
             continue

@@ -25,6 +25,7 @@ from gm_ompl.mechanics import (
     internal_force,
     kelley,
     modes,
+    resistance,
     sides,
     simplex,
     stability,
@@ -72,8 +73,8 @@ def decision() -> None:
     raw, T, d, basis = _tableau()
     m, N = raw.shape
     simplex.search_directions(
-        raw, DIRECTIONS, T, d, basis, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, False, False,
-        np.zeros(m), np.empty((N, 2 * sides.SIDES)),
+        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, 1e-10, False, np.zeros(m),
+        resistance.new_resistance(m),
     )  # fmt: skip
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
@@ -117,7 +118,12 @@ def edges() -> None:
     stability.equilibrium(
         ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
     )
-    certificate.lower_bound(raw, cost, DIRECTIONS, np.zeros((N, 2 * sides.SIDES)))
+    found = resistance.new_resistance(m)
+    for part in found:
+        part[...] = 0
+    resistance.lower_bound(raw, cost, DIRECTIONS, found)
+    resistance.refine(raw, DIRECTIONS, found)
+    resistance.refine_duals(raw, cost, basis, np.zeros(m))
     certificate.separates_environment(ENV, w)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))

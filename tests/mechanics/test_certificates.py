@@ -16,12 +16,12 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.mechanics.certificate import (
     into_polar,
-    lower_bound,
     reach,
     separates_environment,
     upper_bound,
 )
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_columns
+from gm_ompl.mechanics.resistance import lower_bound, new_resistance
 from gm_ompl.mechanics.sides import number
 from gm_ompl.mechanics.stability import fill
 from gm_ompl.planners.planner import Budget
@@ -107,17 +107,18 @@ def test_forces_bound_z_from_below(seed: int, instances: ModuleType) -> None:
     raw = np.empty((8, 1 + len(env) + tips.shape[0] * tips.shape[1] + 2))
     cost = fill(env, q, tips, f_max, nobody, f_max, raw)
     tau = 1.0 / exact
-    kept = np.zeros((raw.shape[1], 76))
+    N = raw.shape[1]
+    found = new_resistance(N)
+    found.basis[:], found.order[:], found.times[:] = np.arange(N), np.arange(76), 0.0
     for code in range(76):
         side = np.append(DIRECTIONS[number(code)], np.zeros(2))
-        bounds = [(0.0, tau / cost * (1 + 1e-9)), *[(0.0, None)] * (raw.shape[1] - 1)]
-        found = linprog(np.eye(raw.shape[1])[0], A_eq=raw, b_eq=side, bounds=bounds)
-        kept[:, code] = found.x
-    proven = lower_bound(raw, cost, DIRECTIONS, kept.copy())
+        bounds = [(0.0, tau / cost * (1 + 1e-9)), *[(0.0, None)] * (N - 1)]
+        found.x[code] = linprog(np.eye(N)[0], A_eq=raw, b_eq=side, bounds=bounds).x
+    proven = lower_bound(raw, cost, DIRECTIONS, found)
     assert exact * (1 - 1e-5) <= proven <= exact * (1 + 1e-9)
     for size in (1e-3, 1e-2, 1e-1):
-        spoilt = kept * (1.0 + size * rng.uniform(-1, 1, size=kept.shape))
-        assert lower_bound(raw, cost, DIRECTIONS, spoilt) <= exact * (1 + 1e-9)
+        spoilt = found.x * (1.0 + size * rng.uniform(-1, 1, size=found.x.shape))
+        assert lower_bound(raw, cost, DIRECTIONS, found._replace(x=spoilt)) <= exact * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(30))
