@@ -7,14 +7,16 @@ of all sources that hold compiled functions.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import logging
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numba
 
@@ -28,7 +30,7 @@ def _source_hash() -> str:
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         text = source.read_bytes()
-        if b"@compiled" in text or b"@inlined" in text:
+        if any(mark in text for mark in (b"@entry", b"@compiled", b"@inlined")):
             digest.update(text)
     # Numba takes machine code of another place for stale.
     place = Path(__file__).resolve().parent
@@ -82,7 +84,10 @@ def is_compiled() -> bool:
 
 
 # A division by zero gives an infinity; a product and a sum may become one operation.
-_ARITHMETIC: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+_ARITHMETIC: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": {"contract"}}
+
+FAST, QUICK = 3, 1
+"""LLVM's levels: for code that runs long, and for code that is soon made."""
 
 _announced = False
 
@@ -98,21 +103,31 @@ def announce() -> None:
 _compiling = False
 
 
-def _untimed(general: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Compile, or load what was compiled, while the budgets' clock stands still."""
+@contextmanager
+def _making(level: int) -> Iterator[None]:
+    """Make or load machine code inside the block, at a level; the budgets' clock stands still.
+
+    Garbage waits meanwhile: looking for it takes a tenth of the time, and little is left behind.
+    """
     global _compiling
-    if _compiling:  # a callee: its time is its caller's
-        return general(arguments)
-    _compiling, started = True, time.monotonic()
+    before, numba.config.OPT = numba.config.OPT, type(numba.config.OPT)(level)
+    outermost, collects, started = not _compiling, gc.isenabled(), time.monotonic()
+    _compiling = True
+    if outermost:
+        announce()
+        gc.disable()
     try:
-        return general(arguments)
+        yield
     finally:
-        _compiling = False
-        clock.stand_still(time.monotonic() - started)
+        numba.config.OPT = before
+        if outermost:  # a callee's time is its caller's
+            _compiling = False
+            clock.stand_still(time.monotonic() - started)
+            if collects:
+                gc.enable()
 
 
-def compiled(function: _Function) -> _Function:
-    """Compile ``function`` on first call; the machine code is kept for later runs."""
+def _compiled(function: _Function, level: int) -> _Function:
     jitted = numba.njit(cache=CACHE is not None, nogil=True, no_cfunc_wrapper=True, **_ARITHMETIC)(
         function
     )
@@ -120,21 +135,34 @@ def compiled(function: _Function) -> _Function:
         general = jitted.compile
 
         def compile_once(signature: Any) -> Any:
-            announce()
             # Else numba compiles anew, callers included, for every constant in a call.
             arguments, _ = numba.core.sigutils.normalize_signature(signature)
-            return _untimed(general, tuple(map(numba.types.unliteral, arguments)))
+            with _making(level):
+                return general(tuple(map(numba.types.unliteral, arguments)))
 
         jitted.compile = compile_once
     typed: _Function = jitted
     return typed
 
 
-def inlined(function: _Function) -> _Function:
-    """Compile ``function`` into each of its callers.
+def entry(function: _Function) -> _Function:
+    """Compile what is called from Python, and all that it calls with it, for speed.
 
-    For what is called in the innermost loops; and for large functions with one caller, since a
-    compiled callee's code is optimised anew within each caller.
+    It is compiled on first call; the machine code is kept for later runs.
     """
+    return _compiled(function, FAST)
+
+
+def compiled(function: _Function) -> _Function:
+    """Compile a part of entries, as ``entry`` does.
+
+    The compiler takes its code into each entry and makes it fast there, whatever its own level:
+    that is for calls from Python alone, which come from tests.
+    """
+    return _compiled(function, QUICK)
+
+
+def inlined(function: _Function) -> _Function:
+    """Compile ``function`` into each of its callers: for what is called in the innermost loops."""
     typed: _Function = numba.njit(inline="always", nogil=True, **_ARITHMETIC)(function)
     return typed

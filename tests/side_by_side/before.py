@@ -1,4 +1,4 @@
-"""Plans that an earlier commit made, kept in ``tests/data/before.json``, and today's beside them."""
+"""Plans that an earlier commit made, kept in ``tests/data/before.json``, and those of today."""
 
 from __future__ import annotations
 
