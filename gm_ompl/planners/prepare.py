@@ -1,9 +1,9 @@
 """Compiling on two cores where nothing is compiled yet.
 
-A process compiles one function at a time. So another one asks the kernel for a margin, which is
-most of a mode decision, and keeps the machine code on disk; this one meanwhile compiles what lanes
-need, and then makes a plan, whose decisions take the other's work from there. Both work on a
-scenario that takes no time by itself. What else a search turns out to need is compiled then.
+A process compiles one function at a time. So another one compiles what the mode decision calls at
+its edges and what lanes need, and keeps it on disk; this one meanwhile compiles the simplex, what
+hubs and routes need, and then the decision, which takes the other's work from there. The calls
+below compute next to nothing: they are there for the types of their arguments.
 """
 
 from __future__ import annotations
@@ -16,18 +16,37 @@ from typing import Final
 import numpy as np
 
 from gm_ompl import clock, compilation
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.cores import cores
-from gm_ompl.feasibility.judge import Judge
-from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.motion.arc import Moment
+from gm_ompl.graph import hub_bounds, lane_bounds
+from gm_ompl.mechanics import (
+    certificate,
+    internal_force,
+    kelley,
+    modes,
+    sides,
+    simplex,
+    stability,
+    tableau,
+)
+from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.cuts import CutPool, CutTables
+from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.planners import lane_sources
 from gm_ompl.problem import Problem
+from gm_ompl.sampling import screening
 
-SMALL: Final = ("lattice.segments=2", "fingers.placements.grid=[2, 2]")
+# A unit weight on one contact, and one finger of three columns pressing down.
+ENV: Final = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+LOAD: Final = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+TIPS: Final = np.tile(LOAD, (1, 3, 1))
+F_MAX: Final = np.ones(1)
 
 
 def prepare(problem: Problem) -> None:
-    """Compile what most searches need, if nothing is on disk; the budgets' clock stands still.
+    """Compile what searches need, if nothing of it is on disk; the budgets' clock stands still.
 
     Where ``problem`` asks for another back end than the kernel, nothing is compiled ahead.
     """
@@ -40,53 +59,117 @@ def prepare(problem: Problem) -> None:
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet) as other:
         try:
-            judge, backend = small()
-            lanes(judge, backend)
+            decision()
             waiting = time.monotonic()
             other.wait()
             clock.stand_still(time.monotonic() - waiting)
         finally:
             other.kill()
-    plan(judge)
 
 
-def small() -> tuple[Judge, KernelBackend]:
-    """Return the judge of a small problem, and its back end."""
-    from gm_ompl.scenario.load import load
-
-    problem = load("paper/slide", SMALL).problem
-    backend = KernelBackend(problem)
-    return Judge(problem, backend), backend
-
-
-def lanes(judge: Judge, backend: KernelBackend) -> None:
-    """Ask for bounds of lanes."""
-    from gm_ompl.graph.goals import start_node
-    from gm_ompl.graph.lane_graph import LaneGraph
-    from gm_ompl.planners.lane_sources import start_sets
-
-    graph = LaneGraph(judge.problem, judge, backend)
-    source = start_sets(judge.problem, judge, graph, start_node(judge.problem))
-    source.renew()
-    graph.target(graph.lane((0,) * judge.problem.fingers.count), 0, 0.0)
+def decision() -> None:
+    """Compile the mode decision, its simplex first; what else is to be done here between them."""
+    raw, T, d, basis = _tableau()
+    m, N = raw.shape
+    simplex.search_directions(
+        raw, DIRECTIONS, T, d, basis, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, False, False,
+        np.zeros(m), np.empty((N, 2 * sides.SIDES)),
+    )  # fmt: skip
+    Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
+    hubs_and_routes()
+    decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
 
 
-def margin(judge: Judge, backend: KernelBackend) -> None:
-    """Ask for the margin under given commands, with everything at rest."""
-    problem = judge.problem
-    everyone, rows = tuple(range(problem.fingers.count)), (0,) * problem.fingers.count
-    at = judge.environment(Moment(problem.motion.pose(problem.motion.low)))
-    chosen = (ControlMode.FORCE,) * problem.fingers.count
-    backend.alternatives(at, everyone, rows).at(chosen, np.zeros(problem.fingers.count))
+def _tableau() -> tuple[Array, Array, Array, IntArray]:
+    """Return raw columns, tableau, reduced costs and basis of one finger, right-hand sides 0."""
+    m, N = 7, 2 + TIPS.shape[1] + 1
+    T, d = np.zeros((m, N + m + sides.SIDES)), np.zeros(N + m + sides.SIDES)
+    T[:, N : N + m] = np.eye(m)
+    d[0] = 1.0
+    return np.ones((m, N)), T, d, np.arange(N, N + m)
 
 
-def plan(judge: Judge) -> None:
-    """Make a plan."""
-    from gm_ompl.planners.planner import Budget
-    from gm_ompl.planners.registry import make_planner
+def edges() -> None:
+    """Compile what the mode decision calls beside the simplex, what is needed first first."""
+    f, y, force, one = np.zeros(1), LOAD.copy(), np.ones(1, dtype=np.bool_), np.ones(1)
+    raw, T, d, basis = _tableau()
+    m, N = raw.shape
+    cost = stability.fill(ENV, LOAD, TIPS, F_MAX, force, f, raw)
+    sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
+    sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
+    sides.dual_error(raw, cost, 1.0, f)
+    passed, w, none = np.empty(2, dtype=np.int64), y.copy(), np.zeros(MAX_BLOCKS, dtype=np.int64)
+    modes.passing_sets(ENV, TIPS, -1, False, passed, w)
+    internal_force.separate(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))), w)
+    joint_margin(
+        ENV,
+        LOAD,
+        TIPS,
+        F_MAX,
+        force,
+        DIRECTIONS,
+        none,
+        1,
+        tableau.FEASIBLE,
+        f,
+        np.empty((MAX_BLOCKS, 6)),
+    )
+    stability.equilibrium(
+        ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
+    )
+    certificate.lower_bound(raw, cost, DIRECTIONS, np.zeros((N, 2 * sides.SIDES)))
+    certificate.separates_environment(ENV, w)
+    masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
+    kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
+    cuts = kelley.no_cuts(F_MAX, masks, f, commands)
+    kelley.take_up(0, 0, F_MAX, force, cuts.trials, commands, f)
+    kelley.add_cut(ENV, LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, w, 1.0, y, cuts, 0)
+    kelley.heed(LOAD, TIPS, F_MAX, force, DIRECTIONS, one, 0, 1, cuts)
+    kelley.tightest(cuts.h, cuts.c[0], cuts.slopes[0], 1, cuts.trials[0])
+    modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
 
-    make_planner("astar").solve(judge.problem, judge, Budget(None), np.random.default_rng(0))
+
+def _lane_tables(pool: CutPool) -> tuple[lane_bounds.LaneTables, CutTables]:
+    """Return what one finger at two placements and two nodes needs; no cuts."""
+    pool.reserve(1)
+    yes, none = np.ones((1, 2, 1), dtype=np.bool_), np.zeros((1, 1), dtype=np.int64)
+    tables = lane_bounds.LaneTables(
+        none, none, np.ones((1, 2, 1, 1)), yes, np.ones((1, 2, 2), dtype=np.bool_),
+        np.ones(2, dtype=np.bool_), none[0] - 1, np.zeros((1, 2, 2)), np.zeros(2), 0.0, 0.0, 0.0,
+    )  # fmt: skip
+    return tables, pool.tables
+
+
+def lanes() -> None:
+    """Compile what lanes need."""
+    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
+    pool.add(0, LOAD, LOAD)
+    pool.bound(0, rows)
+    tables, cuts = _lane_tables(pool)
+    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
+    d, V = np.ones(2), np.ones((1, 2))
+    lane_bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
+    lane_bounds.lane_keys(none, none, V, 0, tables, cuts, np.empty(1))
+    lane_bounds.hub_defaults(rows, tables, V)
+    lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), 0.0)
+    lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
+    lane_sources.merge(d[:0], none[:0], 0, 0, d, none, rows)
+
+
+def hubs_and_routes() -> None:
+    """Compile what hubs and random routes need."""
+    pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
+    tables, cuts = _lane_tables(pool)
+    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
+    d, V, stable = np.ones((1, 2)), np.ones((1, 2)), np.ones((1, 2), dtype=np.bool_)
+    hub_bounds.bound_lanes(none, tables, cuts, rows, z[None], costs[None], d)
+    hub_bounds.lower_hubs(none, none, tables, costs[None], d, stable, V)
+    route = screening.RouteTables(none, tables.free, 0.0)
+    screening.reaches(none, 0, 0, route, cuts, rows)
+    screening.reaches_back(none, 0, 0, route, cuts, rows)
+    screening.stride_costs(none, z[:1], np.ones((1, 2, 1, 1)), 0.0, route, cuts, costs)
 
 
 if __name__ == "__main__":
-    margin(*small())
+    edges()
+    lanes()

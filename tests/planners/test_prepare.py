@@ -14,45 +14,29 @@ from gm_ompl import compilation
 from gm_ompl.planners import prepare
 from gm_ompl.scenario.load import load
 
-PREPARED = """
-import sys
-from gm_ompl.planners import prepare
-from gm_ompl.mechanics.stability import run_pass
-judge, backend = prepare.small()
-prepare.margin(judge, backend)
-before = len(run_pass.overloads)
-prepare.plan(judge)
-sys.exit(0 if before == len(run_pass.overloads) == 1 else 1)
-"""
-
 WHAT_IS_MISSING = """
 import json
+import os
 from gm_ompl import api
 from gm_ompl.planners import prepare
 from gm_ompl.study import warm
-judge, backend = prepare.small()
-prepare.lanes(judge, backend), prepare.plan(judge)
+prepare.edges(), prepare.lanes(), prepare.decision()
 before = warm.compiled_versions()
-for name in ("slide", "push", "tumble"):
-    api.plan(f"paper/{name}", max_iterations=300, time_limit=10.0)
+for name, planner in (("slide", "astar"), ("regrasp", "astar"), ("regrasp", "HybridRRTConnect")):
+    api.plan(f"paper/{name}", planner, max_iterations=300, time_limit=10.0)
 missed = warm.compiled_versions() - before
 print(json.dumps([len(before), sorted(f"{module}.{name}" for module, name, _ in missed)]))
 """
 
 
 def test_searches_compile_nothing_more() -> None:
-    """What a small plan compiles is what plans without regrasps need, with the very types."""
+    """Every function that is called from Python, with the very types that searches use."""
     ran = subprocess.run(
         [sys.executable, "-c", WHAT_IS_MISSING], capture_output=True, text=True, check=True
     )
     prepared, missed = json.loads(ran.stdout)
     assert missed == []
-    assert prepared > 5
-
-
-def test_the_other_process_compiles_what_decisions_need() -> None:
-    """The pass over all directions, which is most of a decision, is compiled once, for both."""
-    subprocess.run([sys.executable, "-c", PREPARED], check=True)
+    assert prepared > 20
 
 
 class Other:
@@ -85,8 +69,7 @@ def test_another_process_helps_only_where_nothing_is_compiled(
     monkeypatch.setattr(compilation, "CACHE", tmp_path)
     monkeypatch.setattr(compilation, "is_compiled", lambda: not cold)
     monkeypatch.setattr(prepare, "cores", lambda: 2)
-    for work in ("lanes", "plan"):
-        monkeypatch.setattr(prepare, work, lambda *_: None)
+    monkeypatch.setattr(prepare, "decision", lambda: None)
     monkeypatch.setattr(subprocess, "Popen", Other)
     Other.started, problem = 0, load("paper/slide").problem
     prepare.prepare(problem)

@@ -98,7 +98,14 @@ def _build(name: str, place: str, unpack: Callable[[Path], None]) -> Build:
     # what its pyproject asks for in another version, come from the environment.
     shared = [path for path in sys.path if path.endswith("site-packages")]
     (libraries / "shared.pth").write_text("".join(f"{path}\n" for path in shared))
-    pip = [build.python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
+    pip: list[Path | str] = [
+        build.python,
+        "-m",
+        "pip",
+        "install",
+        "-q",
+        "--disable-pip-version-check",
+    ]
     subprocess.run([*pip, "--ignore-installed", "--no-deps", source], check=True)
     subprocess.run([*pip, source], check=True)
     done.touch()

@@ -130,8 +130,8 @@ def requests(clock: str) -> Iterator[tuple[str, str, dict[str, Any]]]:
             yield f"first plan, {planner}, {scenario}", "first_plan_s", {"task": "plan", **request}
     for threshold, word in ((False, "exact"), (True, "z_min or more?")):
         for scenario in PAPER:
-            request = {"scenario": scenario, "threshold": threshold}
-            yield f"1000 decisions, {word}, {scenario}", clock, {"task": "decisions", **request}
+            decisions = {"task": "decisions", "scenario": scenario, "threshold": threshold}
+            yield f"1000 decisions, {word}, {scenario}", clock, decisions
 
 
 def answers(old: Ask, new: Ask, runs: int, clock: str, only: str = "") -> Iterator[Row]:
