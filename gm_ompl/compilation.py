@@ -30,7 +30,7 @@ def _source_hash() -> str:
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         text = source.read_bytes()
-        if any(mark in text for mark in (b"@entry", b"@compiled", b"@inlined")):
+        if b"@compiled" in text or b"@inlined" in text:
             digest.update(text)
     # Numba takes machine code of another place for stale.
     place = Path(__file__).resolve().parent
@@ -86,9 +86,6 @@ def is_compiled() -> bool:
 # A division by zero gives an infinity; a product and a sum may become one operation.
 _ARITHMETIC: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": {"contract"}}
 
-FAST, QUICK = 3, 1
-"""LLVM's levels: for code that runs long, and for code that is soon made."""
-
 _announced = False
 
 
@@ -104,30 +101,30 @@ _compiling = False
 
 
 @contextmanager
-def _making(level: int) -> Iterator[None]:
-    """Make or load machine code inside the block, at a level; the budgets' clock stands still.
+def _making() -> Iterator[None]:
+    """Make or load machine code inside the block; the budgets' clock stands still.
 
     Garbage waits meanwhile: looking for it takes a tenth of the time, and little is left behind.
     """
     global _compiling
-    before, numba.config.OPT = numba.config.OPT, type(numba.config.OPT)(level)
-    outermost, collects, started = not _compiling, gc.isenabled(), time.monotonic()
+    if _compiling:  # a callee: its time is its caller's
+        yield
+        return
+    announce()
+    collects, started = gc.isenabled(), time.monotonic()
     _compiling = True
-    if outermost:
-        announce()
-        gc.disable()
+    gc.disable()
     try:
         yield
     finally:
-        numba.config.OPT = before
-        if outermost:  # a callee's time is its caller's
-            _compiling = False
-            clock.stand_still(time.monotonic() - started)
-            if collects:
-                gc.enable()
+        _compiling = False
+        if collects:
+            gc.enable()
+        clock.stand_still(time.monotonic() - started)
 
 
-def _compiled(function: _Function, level: int) -> _Function:
+def compiled(function: _Function) -> _Function:
+    """Compile ``function`` on first call; the machine code is kept for later runs."""
     jitted = numba.njit(cache=CACHE is not None, nogil=True, no_cfunc_wrapper=True, **_ARITHMETIC)(
         function
     )
@@ -137,7 +134,7 @@ def _compiled(function: _Function, level: int) -> _Function:
         def compile_once(signature: Any) -> Any:
             # Else numba compiles anew, callers included, for every constant in a call.
             arguments, _ = numba.core.sigutils.normalize_signature(signature)
-            with _making(level):
+            with _making():
                 return general(tuple(map(numba.types.unliteral, arguments)))
 
         jitted.compile = compile_once
@@ -145,24 +142,11 @@ def _compiled(function: _Function, level: int) -> _Function:
     return typed
 
 
-def entry(function: _Function) -> _Function:
-    """Compile what is called from Python, and all that it calls with it, for speed.
-
-    It is compiled on first call; the machine code is kept for later runs.
-    """
-    return _compiled(function, FAST)
-
-
-def compiled(function: _Function) -> _Function:
-    """Compile a part of entries, as ``entry`` does.
-
-    The compiler takes its code into each entry and makes it fast there, whatever its own level:
-    that is for calls from Python alone, which come from tests.
-    """
-    return _compiled(function, QUICK)
-
-
 def inlined(function: _Function) -> _Function:
-    """Compile ``function`` into each of its callers: for what is called in the innermost loops."""
+    """Compile ``function`` into each of its callers.
+
+    For what is called in the innermost loops; and for large functions with one caller, since a
+    compiled callee's code is optimised anew within each caller.
+    """
     typed: _Function = numba.njit(inline="always", nogil=True, **_ARITHMETIC)(function)
     return typed

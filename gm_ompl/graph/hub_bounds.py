@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import entry
+from gm_ompl.compilation import compiled
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.lane_bounds import SHORTER, LaneTables, refresh
@@ -30,7 +30,7 @@ MOST = 2**62
 """Codes of hubs are whole numbers up to here."""
 
 
-@entry
+@compiled
 def bound_lanes(
     sets: IntArray, lanes: LaneTables, cuts: CutTables, places: IntArray, known: Array,
     costs: Array, d: Array,
@@ -52,7 +52,7 @@ def bound_lanes(
         refresh(sets[i], lanes, cuts, known[places[i]], z, costs[i], d[i])
 
 
-@entry
+@compiled
 def lower_hubs(
     sets: IntArray, ids: IntArray, lanes: LaneTables, costs: Array, d: Array, stable: BoolArray,
     V: Array,

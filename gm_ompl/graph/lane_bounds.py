@@ -12,7 +12,7 @@ from typing import Final, NamedTuple, TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import entry, inlined
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 SHORTER = 1.0 - 1e-11
@@ -120,7 +120,7 @@ def ends_at(rows: IntArray, c: int, lanes: LaneTables) -> bool:
     return bool(ends)
 
 
-@entry
+@compiled
 def refresh(
     rows: IntArray, lanes: LaneTables, cuts: CutTables, known: Array, z: Array, costs: Array,
     d: Array,
@@ -153,7 +153,7 @@ def refresh(
         d[c] = min(d[c], d[c - 1] + costs[1, c - 1])
 
 
-@entry
+@compiled
 def best_target(
     c: int, g: float, costs: Array, d: Array, V: Array, G: Array, X_regr: float
 ) -> tuple[float, int, int]:
@@ -201,7 +201,7 @@ def hub_default(rows: IntArray, k: int, c: int, lanes: LaneTables) -> float:
     return float(min(through, lanes.X_regr + lanes.least[c]))
 
 
-@entry
+@compiled
 def hub_defaults(rows: IntArray, lanes: LaneTables, V: Array) -> None:
     """Write V (n, N + 1) as geometry alone bounds it."""
     for k in range(V.shape[0]):
@@ -209,7 +209,7 @@ def hub_defaults(rows: IntArray, lanes: LaneTables, V: Array) -> None:
             V[k, c] = hub_default(rows, k, c, lanes)
 
 
-@entry
+@compiled
 def lane_keys(
     sets: IntArray, ids: IntArray, V: Array, c: int, lanes: LaneTables, cuts: CutTables,
     keys: Array,
@@ -256,7 +256,7 @@ def lane_keys(
         keys[m] = best
 
 
-@entry
+@compiled
 def hub_rows(
     rows: IntArray, slot: int, choices: IntArray, which: IntArray, lanes: LaneTables,
     cuts: CutTables, table: Array,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import entry
+from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.modes import decide
 
 
@@ -57,7 +57,7 @@ def unanswered(count: int, fingers: int) -> Decisions:
     )
 
 
-@entry
+@compiled
 def decide_rows(
     states: States, tips: Array, f_max: Array, L: Array, below: float, which: IntArray,
     rows: IntArray, begin: int, end: int, answers: Decisions,

@@ -16,7 +16,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import entry, inlined
+from gm_ompl.compilation import compiled, inlined
 
 BLOCK = 8
 """Cuts of one contact state that lie side by side in memory: one cache line per placement."""
@@ -80,7 +80,7 @@ def write_cut(
     return constant / reach
 
 
-@entry
+@compiled
 def write_cuts(
     Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array,
     constants: Array, terms: Array,
@@ -103,7 +103,7 @@ def write_cuts(
         constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, b, at, terms)
 
 
-@entry
+@compiled
 def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
     """Return the least bound on z that a state's cuts give for one set of placements."""
     members, constants, terms, kinds = cuts.members, cuts.constants, cuts.terms, cuts.kinds

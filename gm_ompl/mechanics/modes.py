@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, entry, inlined
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import Record, separates_environment, write_down
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
@@ -227,7 +227,7 @@ def _decide(
     return STABLE, max(z, 0.0), direction, mask
 
 
-@entry
+@compiled
 def decide(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
     below: float, previous: int, only: int, f_com: Array, y: Array,
@@ -256,7 +256,7 @@ def decide(
     return _decide(env, q, table, hand, rows, f_max, L, below, previous, only, record, f_com, y)
 
 
-@entry
+@compiled
 def prove(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
     record: Record, f_com: Array, y: Array,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled, entry, inlined
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import (
     CLOSE,
     Record,
@@ -128,7 +128,7 @@ def cut(q: Array, tips: Array, f_max: Array, force: BoolArray, y: Array, slopes:
     return c
 
 
-@entry
+@compiled
 def run_pass(
     raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, change: Array,
     warm: bool, limit: float, enough: float, patience: int, y: Array, kept: Array,

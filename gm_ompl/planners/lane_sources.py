@@ -11,7 +11,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import entry
+from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.lane_graph import LaneGraph
@@ -28,7 +28,7 @@ Part: TypeAlias = tuple[Array, IntArray]
 """Keys (L,), not decreasing, and sets (L, n)."""
 
 
-@entry
+@compiled
 def merge(
     keys: Array, rows: IntArray, version: int, behind: int, all_keys: Array, all_rows: IntArray,
     versions: IntArray,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import entry
+from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 
@@ -29,7 +29,7 @@ class RouteTables(NamedTuple):
     z_min: float
 
 
-@entry
+@compiled
 def stride_holds(rows: IntArray, k: int, route: RouteTables, cuts: CutTables) -> bool:
     """Whether a set may hold along stride k, as far as geometry and cuts know."""
     for i in range(len(rows)):
@@ -45,7 +45,7 @@ def stride_holds(rows: IntArray, k: int, route: RouteTables, cuts: CutTables) ->
     return True
 
 
-@entry
+@compiled
 def reaches(
     sets: IntArray, first: int, last: int, route: RouteTables, cuts: CutTables, reach: IntArray
 ) -> None:
@@ -66,7 +66,7 @@ def reaches(
         reach[m] = min(k, reach[m])
 
 
-@entry
+@compiled
 def reaches_back(
     sets: IntArray, first: int, last: int, route: RouteTables, cuts: CutTables, reach: IntArray
 ) -> None:
@@ -87,7 +87,7 @@ def reaches_back(
         reach[m] = max(k, reach[m])
 
 
-@entry
+@compiled
 def stride_costs(
     sets: IntArray, known: Array, lengths: Array, X_stab: float, route: RouteTables,
     cuts: CutTables, costs: Array,
