@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable
 from typing import Final
 
-THREADS: Final = 2
-"""Work is shared out among so many threads."""
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # Linux alone tells which cores a process may use
+        return os.cpu_count() or 1
 
 
-def share_out(work: Callable[[slice], None], count: int, least: int = 1) -> None:
+A_FEW: Final = 4
+"""Decisions that take longer than it takes to start a thread."""
+
+
+def share_out(work: Callable[[slice], None], count: int, least: int = A_FEW) -> None:
     """Do ``work`` on items 0 to ``count``, its parts at once.
 
     Args:
@@ -18,7 +28,7 @@ def share_out(work: Callable[[slice], None], count: int, least: int = 1) -> None
         count: number of items.
         least: a part with fewer items is not worth a thread.
     """
-    parts = max(1, min(THREADS, count // least))
+    parts = max(1, min(cores(), count // least))
     ends = [count * part // parts for part in range(parts + 1)]
     slices = [slice(*pair) for pair in itertools.pairwise(ends)]
     if parts == 1:

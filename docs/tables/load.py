@@ -19,12 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gm_ompl import api
+from gm_ompl.cores import cores
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.cluster import LOCAL, make_executor
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.store import Record, Store
 from gm_ompl.study.task import Limits
-from gm_ompl.study.workers import Executor, LocalExecutor, cores
+from gm_ompl.study.workers import Executor, LocalExecutor
 
 PLANNER = "HybridRRTstar"
 

@@ -16,7 +16,6 @@ from gm_ompl.app.showing import write_html
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report, Status
-from gm_ompl.planners.trace_file import TraceFile
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
@@ -80,6 +79,8 @@ def _search(
             "seed": request.seed,
             "coordinates": list(scenario.problem.motion.names),
         }
+        from gm_ompl.planners.trace_file import TraceFile
+
         with TraceFile(trace, header, line) as report:
             found = plan(report)
             report.end(found)

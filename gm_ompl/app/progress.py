@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import sys
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.status import Status
-
+from gm_ompl.app.output import note
 from gm_ompl.planners.planner import Progress
+
+if TYPE_CHECKING:
+    from rich.status import Status
 
 FIRST_LINE_S, FACTOR = 5.0, 2.0
 """In a log (no terminal) a line appears after 5 s, 10 s, 20 s, ...: short for a long search too."""
@@ -20,13 +23,14 @@ class ProgressLine:
     """
 
     def __init__(self) -> None:
-        self._console = Console(stderr=True)
         self._status: Status | None = None
         self._due = FIRST_LINE_S
 
     def __enter__(self) -> ProgressLine:
-        if self._console.is_terminal:
-            self._status = self._console.status("planning ...")
+        if sys.stderr.isatty():
+            from rich.console import Console  # takes a while to load
+
+            self._status = Console(stderr=True).status("planning ...")
             self._status.start()
         return self
 
@@ -39,7 +43,7 @@ class ProgressLine:
         if self._status is not None:
             self._status.update(describe(event))
         elif event.time >= self._due:
-            self._console.print(describe(event), highlight=False, soft_wrap=True)
+            note(describe(event))
             self._due = FACTOR * max(event.time, self._due)
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 from gm_ompl import clock
+
+SECONDS: Final = 30.0
+"""What an explanation may take, its searches included."""
 
 
 @final

@@ -9,9 +9,6 @@ from typing import Any
 
 from gm_ompl.feasibility.verdict import Finding
 
-SECONDS = 30.0
-"""What an explanation may take, its searches included."""
-
 
 @dataclass(frozen=True)
 class ModeLine:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import TypeVar, final
+from typing import final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.caches import Memo
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import (
     EnvironmentContacts,
@@ -28,14 +29,8 @@ from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
 
-REMEMBERED_BYTES = 100_000_000
-"""Geometry kept, by the size of its masks; beyond, all is dropped and made again on demand."""
-
-REMEMBERED_CONTACTS = 4096
-"""Poses whose contacts are kept: they are asked for again at once, or hardly ever."""
-
-Key = TypeVar("Key")
-Value = TypeVar("Value")
+CONTACT_BYTES = 20_000
+"""About what the contacts at a configuration take."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +77,11 @@ class Judge:
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
         self.clear = self._clearances()
         each = 400 + len(hand.placements) * len(self._centres)
-        self._limit = max(1000, REMEMBERED_BYTES // each)
         self._situations = Situations(problem)
-        self._nodes: dict[bytes | Situation, NodeGeometry] = {}
-        self._arcs: dict[Hashable, NodeGeometry] = {}
-        self._touching: dict[bytes, EnvironmentContacts] = {}
-        self._environments: dict[Hashable, int] = {}
+        self._nodes = Memo[bytes | Situation, NodeGeometry](each)
+        self._arcs = Memo[Hashable, NodeGeometry](each)
+        self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
+        self._environments = Memo[Hashable, int](each)
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
         pairs: dict[tuple[float, float], BoolArray] = {}
@@ -120,8 +114,8 @@ class Judge:
             if known is None:
                 known = self._geometry(pose)
                 if situation is not None:
-                    _remember(self._nodes, situation, known, self._limit)
-            _remember(self._nodes, pose.key, known, self._limit)
+                    self._nodes[situation] = known
+            self._nodes[pose.key] = known
         return known
 
     def along(self, arc: Arc) -> NodeGeometry:
@@ -129,7 +123,7 @@ class Judge:
         known = self._arcs.get(arc.key)
         if known is None:
             known = self._along(arc)
-            _remember(self._arcs, arc.key, known, self._limit)
+            self._arcs[arc.key] = known
         return known
 
     def _along(self, arc: Arc) -> NodeGeometry:
@@ -187,7 +181,7 @@ class Judge:
         known = self._environments.get(moment.key)
         if known is None:
             known = self._contact_state(moment)
-            _remember(self._environments, moment.key, known, self._limit)
+            self._environments[moment.key] = known
         return known
 
     def _contact_state(self, moment: Moment) -> int:
@@ -198,7 +192,7 @@ class Judge:
         known = self._environments.get((situation, moving))
         if known is None:
             known = self._register(moment)
-            _remember(self._environments, (situation, moving), known, self._limit)
+            self._environments[(situation, moving)] = known
         return known
 
     def _register(self, moment: Moment) -> int:
@@ -210,7 +204,7 @@ class Judge:
         known = self._touching.get(pose.key)
         if known is None:
             known = environment_contacts(self.problem.body, self.problem.environment, pose)
-            _remember(self._touching, pose.key, known, REMEMBERED_CONTACTS)
+            self._touching[pose.key] = known
         return known
 
     def segment(self, moment: Moment, placements: Placements, below: float = 0.0) -> Verdict:
@@ -243,9 +237,3 @@ class Judge:
             below: a margin smaller than this need not be known exactly.
         """
         return self.backend.decide(self.environment(Moment(pose)), fingers, placements, below)
-
-
-def _remember(memo: dict[Key, Value], key: Key, value: Value, limit: int) -> None:
-    if len(memo) >= limit:
-        memo.clear()
-    memo[key] = value

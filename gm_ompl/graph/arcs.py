@@ -9,12 +9,10 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.caches import Memo
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
-
-REMEMBERED_BYTES = 100_000_000
-"""Arcs kept, by the size of their arrays; beyond, all are dropped and made again on demand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,24 +73,20 @@ class ObjectArcs:
 
     def __init__(self, problem: Problem, judge: Judge) -> None:
         self._problem, self._judge = problem, judge
-        self._known: dict[int, Mapping[int, ObjectArc]] = {}
         radii = len(set(problem.fingers.radius.tolist()))
         numbers = 8 * (problem.cost.samples_per_arc + 1) + 32  # 32: a float and its place in a list
         each = len(problem.fingers.placements) * radii * numbers + 2000
-        self._limit = max(64, REMEMBERED_BYTES // (each * 2 * problem.motion.dimension))
+        self._known = Memo[int, Mapping[int, ObjectArc]](each * 2 * problem.motion.dimension)
 
     def leaving(self, config: int) -> Mapping[int, ObjectArc]:
         """Return the arcs from lattice node ``config`` by their heads."""
         known = self._known.get(config)
         if known is None:
-            known = {}
-            for head, end in self._problem.lattice.neighbours(config):
-                arc = self._make(config, head, end)
-                if arc is not None:
-                    known[head] = arc
-            if len(self._known) >= self._limit:
-                self._known.clear()
-            self._known[config] = known
+            made = {
+                head: self._make(config, head, end)
+                for head, end in self._problem.lattice.neighbours(config)
+            }
+            known = self._known[config] = {h: arc for h, arc in made.items() if arc is not None}
         return known
 
     def between(self, tail: int, head: int) -> ObjectArc:

@@ -7,13 +7,11 @@ from typing import Protocol, final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.caches import Memo
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import LIFTED
 from gm_ompl.problem import Placements, Problem
-
-REMEMBERED_NUMBERS = 8_000_000
-"""Finger estimates kept (8 bytes each); beyond, all are dropped and made again on demand."""
 
 MOST_DISTANCES = 4_000_000
 """A goal region with more distances than this from one node counts as being everywhere."""
@@ -74,9 +72,8 @@ class TravelHeuristic:
         self._blocked = self._blocked_at_every_goal()
         self._lists = [mask.tolist() for mask in self._blocked]
         self._goal_centres = self._centres_at_goals()
-        self._distances: dict[int, list[list[float]]] = {}
         numbers = len(problem.fingers.placements) * problem.fingers.count
-        self._limit = max(64, REMEMBERED_NUMBERS // numbers)
+        self._distances = Memo[int, list[list[float]]](32 * numbers)
 
     def estimate(self, config: int, placements: Placements) -> float:
         """Return the bound (11) for a node."""
@@ -135,7 +132,5 @@ class TravelHeuristic:
                 steps = self._goal_centres[radius] - here
                 squared = np.einsum("gpk,gpk->gp", steps, steps).min(axis=0)
                 known[radius] = np.sqrt(squared).tolist()
-        if len(self._distances) >= self._limit:
-            self._distances.clear()
-        self._distances[config] = [known[radius] for radius in radii]
-        return self._distances[config]
+        distances = self._distances[config] = [known[radius] for radius in radii]
+        return distances

@@ -9,8 +9,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Arc, Moment
 
-REMEMBERED = 4096
-"""Poses kept: the same few are asked for again and again."""
+POSE_BYTES = 2000
+"""About what a pose takes; the same few are asked for again and again, and kept."""
 
 
 class Motion(ABC):

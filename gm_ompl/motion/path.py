@@ -8,11 +8,12 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, read_only, unit
+from gm_ompl.caches import Memo
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.motion import POSE_BYTES, Motion
 from gm_ompl.motion.screw import UP, Piece, Screw, Tumble, remembered
 
 SAME_NODE = 1e-9
@@ -42,7 +43,9 @@ class PathMotion(Motion):
         for piece in self.pieces:
             knots.append(piece.pose(knots[-1], 1.0))
         self.knots = tuple(knots)
-        self._known: list[dict[float, Pose]] = [{1.0: knot} for knot in knots[1:]]
+        self._known = [Memo[float, Pose](POSE_BYTES) for _ in self.pieces]
+        for known, knot in zip(self._known, knots[1:], strict=True):
+            known[1.0] = knot
         self.names = ("s",)
         self.low, self.high = (0.0,), (1.0,)
         self.periods = (None,)

@@ -9,9 +9,10 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, read_only
+from gm_ompl.caches import Memo
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import REMEMBERED, Motion
+from gm_ompl.motion.motion import POSE_BYTES, Motion
 from gm_ompl.motion.straight import Straight
 
 FULL_TURN = 2.0 * math.pi
@@ -39,15 +40,13 @@ class PlanarMotion(Motion):
         self.periods = (None, None, FULL_TURN if whole else None)
         self.breakpoints = ((), (), ())
         self.height = height
-        self._known: dict[tuple[float, float, float], Pose] = {}
+        self._known = Memo[tuple[float, float, float], Pose](POSE_BYTES)
 
     def pose(self, q: Sequence[float] | Array) -> Pose:
         """Return the object's pose at ``q = [x, y, yaw]``; the latest are remembered."""
         x, y, yaw = float(q[0]), float(q[1]), float(q[2])
         known = self._known.get((x, y, yaw))
         if known is None:
-            if len(self._known) >= REMEMBERED:
-                self._known.clear()
             known = self._known[x, y, yaw] = Pose.from_yaw([x, y, self.height], yaw)
         return known
 

@@ -77,18 +77,12 @@ Piece: TypeAlias = Slide | Tumble
 UP = np.array([0.0, 0.0, 1.0])
 
 
-REMEMBERED = 4096
-"""Poses kept per motion: the same few are asked for again and again."""
-
-
 def remembered(known: dict[float, Pose], origin: Pose, whole: Piece, fraction: float) -> Pose:
     """Return the pose after a fraction of a motion; the latest are in ``known``."""
     if fraction == 0.0:
         return origin
     pose = known.get(fraction)
     if pose is None:
-        if len(known) >= REMEMBERED:
-            known.clear()
         pose = known[fraction] = whole.pose(origin, fraction)
     return pose
 

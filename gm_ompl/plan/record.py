@@ -14,7 +14,12 @@ class Record(BaseModel):
     """What all parts of a plan share: frozen, strictly typed, no unknown key, no NaN."""
 
     model_config = ConfigDict(
-        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, validate_by_name=True
+        frozen=True,
+        strict=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        validate_by_name=True,
+        defer_build=True,  # a plan of one kind of arc needs no other
     )
 
 

@@ -14,6 +14,7 @@ from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Move
+from gm_ompl.planners.growth import Growth
 from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
@@ -26,7 +27,7 @@ from gm_ompl.planners.planner import (
     Status,
     silent,
 )
-from gm_ompl.planners.trace import Growth, tracer
+from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer

@@ -8,7 +8,6 @@ below compute next to nothing: they are there for the types of their arguments.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import time
@@ -19,6 +18,7 @@ import numpy as np
 from gm_ompl import clock, compilation
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
+from gm_ompl.cores import cores
 from gm_ompl.graph import hub_bounds, lane_bounds
 from gm_ompl.mechanics import (
     certificate,
@@ -51,7 +51,7 @@ def prepare(problem: Problem) -> None:
 
     Where ``problem`` asks for another back end than the kernel, nothing is compiled ahead.
     """
-    if problem.mechanics.backend != "kernel" or (os.cpu_count() or 1) < 2:
+    if problem.mechanics.backend != "kernel" or cores() < 2:
         return
     if compilation.CACHE is None or compilation.is_compiled():
         return

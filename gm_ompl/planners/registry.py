@@ -1,16 +1,15 @@
-"""The planners by name."""
+"""The planners by name; each is loaded when it is asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+import importlib
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.hybrid_planners import HybridRRT, HybridRRTConnect, HybridRRTstar
-from gm_ompl.planners.lattice_astar import AStar, Dijkstra
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Row
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -55,14 +54,34 @@ def _ompl_planner(called: str, row: Row) -> type[Planner]:
     return OmplPlanner
 
 
-PLANNERS: dict[str, type[Planner]] = {
-    "astar": AStar,
-    "dijkstra": Dijkstra,
-    "HybridRRT": HybridRRT,
-    "HybridRRTConnect": HybridRRTConnect,
-    "HybridRRTstar": HybridRRTstar,
-    **{name: _ompl_planner(name, row) for name, row in OMPL_PLANNERS.items()},
+_HOMES: Final = {
+    "astar": ("lattice_astar", "AStar"),
+    "dijkstra": ("lattice_astar", "Dijkstra"),
+    "HybridRRT": ("hybrid_planners", "HybridRRT"),
+    "HybridRRTConnect": ("hybrid_planners", "HybridRRTConnect"),
+    "HybridRRTstar": ("hybrid_planners", "HybridRRTstar"),
 }
+"""Module and class of the project's own planners: a search loads no other's code."""
+
+
+class _Planners(Mapping[str, type[Planner]]):
+    """The planners, the project's own first."""
+
+    def __getitem__(self, name: str) -> type[Planner]:
+        if name in OMPL_PLANNERS:
+            return _ompl_planner(name, OMPL_PLANNERS[name])
+        module, kind = _HOMES[name]
+        planner: type[Planner] = getattr(importlib.import_module(f"{__package__}.{module}"), kind)
+        return planner
+
+    def __iter__(self) -> Iterator[str]:
+        yield from (*_HOMES, *OMPL_PLANNERS)
+
+    def __len__(self) -> int:
+        return len(_HOMES) + len(OMPL_PLANNERS)
+
+
+PLANNERS: Final = _Planners()
 
 
 def make_planner(name: str, parameters: Mapping[str, Any] | None = None) -> Planner:

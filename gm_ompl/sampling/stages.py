@@ -8,13 +8,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
+from gm_ompl.caches import Memo
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Placements
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 
-REMEMBERED: Final = 20_000
-"""Judged displacements kept; beyond, all are dropped."""
+Way: TypeAlias = tuple[Coordinates, Coordinates, Placements]
+"""From where to where, and the placements."""
+
+DISPLACEMENT_BYTES: Final = 5000
+"""About what a judged displacement takes."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +85,7 @@ class StageJudge:
 
     def __init__(self, model: ContinuousModel) -> None:
         self._model = model
-        self._known: dict[
-            tuple[Coordinates, Coordinates, Placements], tuple[Displacement, ...] | None
-        ] = {}
+        self._known = Memo[Way, tuple[Displacement, ...] | None](DISPLACEMENT_BYTES)
 
     def fits_ends(self, stages: Stages) -> bool:
         """Whether the hand is where start and goal want it."""
@@ -129,7 +131,5 @@ class StageJudge:
     ) -> tuple[Displacement, ...] | None:
         key = (a, b, placements)
         if key not in self._known:
-            if len(self._known) >= REMEMBERED:
-                self._known.clear()
             self._known[key] = self._model.displacement(a, b, placements)
         return self._known[key]

@@ -30,7 +30,10 @@ TAGS = frozenset({
 class Strict(BaseModel):
     """A mapping whose unknown keys are errors and whose values cannot be changed."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
+    # Parts are built with the whole that holds them, not once more by themselves.
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, protected_namespaces=(), defer_build=True
+    )
 
 
 def _angle(value: object) -> float:

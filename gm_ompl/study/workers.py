@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import IO, Any, Protocol, TypeAlias, final
 
+from gm_ompl.cores import cores
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.task import Task
 
@@ -34,14 +35,6 @@ class Executor(Protocol):
 
     def close(self) -> None:
         """Give back what is kept from one call of ``run`` to the next."""
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not Linux
-        return os.cpu_count() or 1
 
 
 @final

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -69,7 +68,8 @@ def test_another_process_helps_only_where_nothing_is_compiled(
     """With machine code on disk nothing happens."""
     monkeypatch.setattr(compilation, "CACHE", tmp_path)
     monkeypatch.setattr(compilation, "is_compiled", lambda: not cold)
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(prepare, "cores", lambda: 2)
+    monkeypatch.setattr(prepare, "decision", lambda: None)
     monkeypatch.setattr(subprocess, "Popen", Other)
     Other.started, problem = 0, load("paper/slide").problem
     prepare.prepare(problem)
@@ -82,6 +82,6 @@ def test_one_core_compiles_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     """A second process could only take turns."""
     monkeypatch.setattr(compilation, "CACHE", tmp_path)
     monkeypatch.setattr(compilation, "is_compiled", lambda: False)
-    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+    monkeypatch.setattr(prepare, "cores", lambda: 1)
     monkeypatch.setattr(subprocess, "Popen", None)
     prepare.prepare(load("paper/slide").problem)

@@ -9,6 +9,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
+from gm_ompl.caches import kept
 from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates, between
@@ -17,8 +18,8 @@ from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.lines import coarse_to_fine, extents, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
-REMEMBERED = 200_000
-"""Motions kept, the latest asked for; others are expanded again on demand."""
+MOTION_BYTES = 500
+"""About what a motion takes; the latest asked for are kept."""
 
 NEAR_NODE = 1e-6
 """A motion that ends this close to a lattice node, relative to the range, is not divided there."""
@@ -45,8 +46,8 @@ class Motions:
         self.model, self.start = model, start
         self.asked = self.valid = 0
         self.proven: dict[Placements, None] = {}
-        self._arc = lru_cache(REMEMBERED)(model.displacement)
-        self._known = lru_cache(REMEMBERED)(self._judged)
+        self._arc = lru_cache(kept(MOTION_BYTES))(model.displacement)
+        self._known = lru_cache(kept(MOTION_BYTES))(self._judged)
 
     def state_valid(self, state: HybridState) -> bool:
         """Whether nothing penetrates; without all placements, whether it is the start state."""
