@@ -12,10 +12,10 @@ from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Status
 
 from . import palette
+from .animation import Animation, animate
 from .charts import Band, bands
 from .scene import scene_messages, viewer_script
 from .score import score
-from .story import Story, tell
 
 
 def page(plan: Plan) -> str:
@@ -24,18 +24,18 @@ def page(plan: Plan) -> str:
     Raises:
         ScenarioError: the scenario inside the plan cannot be used.
     """
-    story = tell(plan)
-    scene = scene_messages(story)
+    animation = animate(plan)
+    scene = scene_messages(animation)
     packed = [base64.b64encode(message).decode("ascii") for message in scene.messages]
     parts = {
-        "TITLE": escaped(story.name),
+        "TITLE": escaped(animation.name),
         "DESCRIPTION": escaped(str(plan.scenario.get("description", ""))),
-        "SUMMARY": _summary(story),
-        "BANDS": "".join(_band(band) for band in bands(story)),
-        "FINGERS": "".join(_finger_row(i) for i in range(story.problem.fingers.count)),
+        "SUMMARY": _summary(animation),
+        "BANDS": "".join(_band(band) for band in bands(animation)),
+        "FINGERS": "".join(_finger_row(i) for i in range(animation.problem.fingers.count)),
         "COLOURS": _colours(),
         "STYLE": _asset("page.css"),
-        "SCORE": embedded(score(story, scene)),
+        "SCORE": embedded(score(animation, scene)),
         "MESSAGES": embedded(packed),
         "VIEWER": viewer_script(),
         "SCRIPT": _asset("page.js"),
@@ -77,8 +77,8 @@ def _colours() -> str:
     return " ".join(pairs)
 
 
-def _summary(story: Story) -> str:
-    plan = story.plan
+def _summary(animation: Animation) -> str:
+    plan = animation.plan
     if plan.cost is None:
         facts = [Status(plan.status).sentence]
     else:

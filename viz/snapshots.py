@@ -14,9 +14,9 @@ from gm_ompl.arrays import Array, unit
 from gm_ompl.geometry.pose import Pose
 
 from . import palette
+from .animation import Animation, ShownSegment
 from .canvas import new_figure, title
 from .region import View, clipped, neighbourhood, viewpoint
-from .story import Beat, Story
 
 MOST: Final = 12
 """At most this many moments are drawn; of more regrasps the first are shown."""
@@ -32,36 +32,36 @@ LIGHT: Final = unit([0.4, -0.5, 0.8])
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class Picture:
     """One picture.
 
     Attributes:
         caption: what it shows.
-        beat: the beat whose fingers, modes and forces are drawn; None without a plan.
+        segment: the segment whose fingers, modes and forces are drawn; None without a plan.
         pose: (7,), of the object.
     """
 
     caption: str
-    beat: Beat | None
+    segment: ShownSegment | None
     pose: Array
 
 
-def moments(story: Story) -> list[Moment]:
+def pictures(animation: Animation) -> list[Picture]:
     """Return start, before and after each regrasp, and goal."""
-    if not story.beats:
-        return [Moment("start", None, story.rest_pose())]
-    found = [Moment("start", story.beats[0], story.beats[0].poses[0])]
+    if not animation.segments:
+        return [Picture("start", None, animation.rest_pose())]
+    found = [Picture("start", animation.segments[0], animation.segments[0].poses[0])]
     regrasp = 0
-    for k, beat in enumerate(story.beats):
-        if not beat.regrasp:
+    for k, segment in enumerate(animation.segments):
+        if not segment.regrasp:
             continue
         regrasp += 1
-        before = next((b for b in story.beats[k::-1] if not b.regrasp), beat)
-        after = next((b for b in story.beats[k:] if not b.regrasp), beat)
-        found.append(Moment(f"before regrasp {regrasp}", before, beat.poses[0]))
-        found.append(Moment(f"after regrasp {regrasp}", after, beat.poses[0]))
-    last = story.beats[-1]
-    return [*found[: MOST - 1], Moment("goal", last, last.poses[-1])]
+        before = next((b for b in animation.segments[k::-1] if not b.regrasp), segment)
+        after = next((b for b in animation.segments[k:] if not b.regrasp), segment)
+        found.append(Picture(f"before regrasp {regrasp}", before, segment.poses[0]))
+        found.append(Picture(f"after regrasp {regrasp}", after, segment.poses[0]))
+    last = animation.segments[-1]
+    return [*found[: MOST - 1], Picture("goal", last, last.poses[-1])]
 
 
 class Projection:
@@ -86,23 +86,23 @@ class Projection:
         return float(points.mean(axis=0) @ self.direction)
 
 
-def snapshots_figure(story: Story) -> Any:
+def snapshots_figure(animation: Animation) -> Any:
     """Return the figure of a plan's decisive moments."""
     from matplotlib.lines import Line2D
 
-    shown = moments(story)
+    shown = pictures(animation)
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
-    view, region = Projection(viewpoint(story)), neighbourhood(story)
+    view, region = Projection(viewpoint(animation)), neighbourhood(animation)
     corners = np.array(np.meshgrid(*zip(region.low, region.high, strict=True))).reshape(3, -1).T
     frame = view.flat(corners)
     width, height = np.ptp(frame, axis=0)
     figure = new_figure(CELL * columns, (CELL * height / width + 0.22) * rows + 0.5)
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    figure.suptitle(title(story.name, 24 * columns), fontsize=8, parse_math=False)
-    for ax, moment in zip(axes, shown, strict=False):
-        _draw(ax, story, view, region, moment)
-        ax.set_title(moment.caption, fontsize=7)
+    figure.suptitle(title(animation.name, 24 * columns), fontsize=8, parse_math=False)
+    for ax, picture in zip(axes, shown, strict=False):
+        _draw(ax, animation, view, region, picture)
+        ax.set_title(picture.caption, fontsize=7)
         ax.set_xlim(frame[:, 0].min(), frame[:, 0].max())
         ax.set_ylim(frame[:, 1].min(), frame[:, 1].max())
     for ax in axes:
@@ -119,34 +119,34 @@ def snapshots_figure(story: Story) -> Any:
     return figure
 
 
-def _draw(ax: Any, story: Story, view: Projection, region: View, moment: Moment) -> None:
-    pose = Pose.from_quaternion(moment.pose[:3], moment.pose[3:])
+def _draw(ax: Any, animation: Animation, view: Projection, region: View, picture: Picture) -> None:
+    pose = Pose.from_quaternion(picture.pose[:3], picture.pose[3:])
     depth = view.depth(pose.position[None])
-    _environment(ax, story, view, region, depth, behind=True)
-    beat = moment.beat
-    tips = [] if beat is None else list(range(len(beat.placements)))
-    if beat is not None:
-        outward = {i: -pose.rotation @ np.asarray(beat.placements[i].normal) for i in tips}
+    _environment(ax, animation, view, region, depth, behind=True)
+    segment = picture.segment
+    tips = [] if segment is None else list(range(len(segment.placements)))
+    if segment is not None:
+        outward = {i: -pose.rotation @ np.asarray(segment.placements[i].normal) for i in tips}
         for i in tips:
             if outward[i] @ view.direction <= 0:
-                _tip(ax, story, view, pose, beat, i)
-    _object(ax, story, view, pose)
-    if beat is not None:
+                _tip(ax, animation, view, pose, segment, i)
+    _object(ax, animation, view, pose)
+    if segment is not None:
         for i in tips:
             hidden = outward[i] @ view.direction <= 0
-            (_outline if hidden else _tip)(ax, story, view, pose, beat, i)
-    _environment(ax, story, view, region, depth, behind=False)
+            (_outline if hidden else _tip)(ax, animation, view, pose, segment, i)
+    _environment(ax, animation, view, region, depth, behind=False)
 
 
 def _environment(
-    ax: Any, story: Story, view: Projection, region: View, depth: float, behind: bool
+    ax: Any, animation: Animation, view: Projection, region: View, depth: float, behind: bool
 ) -> None:
     """Draw the floor and the obstacles behind the object, or the obstacles before it."""
-    if behind and story.problem.environment.floor:
+    if behind and animation.problem.environment.floor:
         (x, y, _), (X, Y, _) = region.low, region.high
         floor = np.array([[x, y, 0.0], [X, y, 0.0], [X, Y, 0.0], [x, Y, 0.0]])
         _polygon(ax, view, floor, palette.css(palette.FLOOR), 1.0)
-    for obstacle in story.problem.environment.obstacles:
+    for obstacle in animation.problem.environment.obstacles:
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             if part is None or (view.depth(part.vertices) <= depth) != behind:
@@ -156,8 +156,8 @@ def _environment(
                 _polygon(ax, view, face, palette.css(palette.OBSTACLE), 0.16)
 
 
-def _object(ax: Any, story: Story, view: Projection, pose: Pose) -> None:
-    body = story.problem.body
+def _object(ax: Any, animation: Animation, view: Projection, pose: Pose) -> None:
+    body = animation.problem.body
     shapes: list[tuple[Array, Array]] = []
     if body.surface:
         for face in body.surface:
@@ -191,31 +191,35 @@ def _polygon(
     )
 
 
-def _outline(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:
+def _outline(
+    ax: Any, animation: Animation, view: Projection, pose: Pose, segment: ShownSegment, i: int
+) -> None:
     """Draw the outline of a fingertip that the object may hide."""
     from matplotlib.patches import Circle
 
-    radius = float(story.problem.fingers.radius[i])
-    centre = view.flat(pose.apply(story.centre(i, beat.placements[i]))[None])[0]
+    radius = float(animation.problem.fingers.radius[i])
+    centre = view.flat(pose.apply(animation.centre(i, segment.placements[i]))[None])[0]
     ax.add_patch(Circle(centre, radius, fill=False, edgecolor="0.2", linewidth=0.5, linestyle=":"))
 
 
-def _tip(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:
+def _tip(
+    ax: Any, animation: Animation, view: Projection, pose: Pose, segment: ShownSegment, i: int
+) -> None:
     """Draw a fingertip: under position control in a square, under force control with an arrow."""
     from matplotlib.patches import Circle, Rectangle
 
-    radius = float(story.problem.fingers.radius[i])
-    centre = pose.apply(story.centre(i, beat.placements[i]))
-    (x, y), mode = view.flat(centre[None])[0], beat.modes[i]
+    radius = float(animation.problem.fingers.radius[i])
+    centre = pose.apply(animation.centre(i, segment.placements[i]))
+    (x, y), mode = view.flat(centre[None])[0], segment.modes[i]
     colour = palette.css({"P": palette.POSITION, "F": palette.FORCE}.get(mode, palette.LIFTED))
     if mode == "P":
         corner = (x - 1.1 * radius, y - 1.1 * radius)
         side = 2.2 * radius
         ax.add_patch(Rectangle(corner, side, side, fill=False, edgecolor=colour, linewidth=0.8))
-    force, limit = beat.f_com[i], float(story.problem.fingers.max_normal_force[i])
+    force, limit = segment.record.f_com[i], float(animation.problem.fingers.max_normal_force[i])
     if force and limit > 0:
-        normal = pose.rotation @ np.asarray(beat.placements[i].normal)
-        length = ARROW * story.problem.body.diagonal * force / limit
+        normal = pose.rotation @ np.asarray(segment.placements[i].normal)
+        length = ARROW * animation.problem.body.diagonal * force / limit
         head = centre - 1.05 * radius * normal
         ends = view.flat(np.stack([head - length * normal, head]))
         ax.annotate(

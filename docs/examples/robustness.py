@@ -36,7 +36,7 @@ def main() -> None:
             alone = [(kind,) for kind in KINDS] if z_min == margins[0] else []
             for kinds in (KINDS, *alone):
                 found = vary(setup, options.percent / 100.0, options.trials, 0, kinds)
-                held = sum(run.holds for run in found.runs)
+                held = sum(run.holds for run in found.runs.values())
                 low, high = interval(held, options.trials)
                 off = "all" if kinds == KINDS else kinds[0]
                 print(

@@ -8,7 +8,7 @@ from typing import Any
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import note, say, say_json
-from gm_ompl.app.study_verbs import BenchVerb
+from gm_ompl.app.verbs import BenchVerb
 from gm_ompl.study.bench import SCENARIOS, bench
 from gm_ompl.study.report import number, table
 

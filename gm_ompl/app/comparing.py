@@ -17,7 +17,7 @@ from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import made_folder, note
-from gm_ompl.app.study_verbs import CompareVerb
+from gm_ompl.app.verbs import CompareVerb
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima

@@ -9,7 +9,7 @@ from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.explain_text import lines
 from gm_ompl.app.output import say, say_json
-from gm_ompl.app.plan_verbs import ExplainVerb
+from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.errors import InputError
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")

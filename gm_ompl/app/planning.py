@@ -10,9 +10,9 @@ from typing import Any
 from gm_ompl import api
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.plan_verbs import PlanVerb
 from gm_ompl.app.progress import ProgressLine
 from gm_ompl.app.showing import write_html
+from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Report, Status

@@ -10,7 +10,7 @@ from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import made_folder, note, say, writable
-from gm_ompl.app.study_verbs import TuneVerb
+from gm_ompl.app.verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.report import gain_lines, tuning_html

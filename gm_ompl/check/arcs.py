@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.findings import Findings, listed
+from gm_ompl.check.recheck import Recheck
 from gm_ompl.motion.arc import Arc
 from gm_ompl.plan.arc_model import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.plan.arcs import arc_record
 
 
-def check_arc(referee: Referee, claimed: ArcRecord, arc: Arc, found: Findings) -> None:
+def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -> None:
     """Judge whether ``claimed`` is ``arc``, the motion between the step's coordinates."""
     wanted = arc_record(arc)
     kinds = [type(record).__name__.removesuffix("Arc").lower() for record in (claimed, wanted)]
@@ -21,15 +21,15 @@ def check_arc(referee: Referee, claimed: ArcRecord, arc: Arc, found: Findings) -
         f"a {kinds[0]} is claimed; between these coordinates the scenario has a {kinds[1]}",
     ):
         return
-    length = referee.tolerances.length * max(
-        referee.diagonal, *np.abs([arc.start.position, arc.end.position]).ravel().tolist()
+    length = recheck.tolerances.length * max(
+        recheck.diagonal, *np.abs([arc.start.position, arc.end.position]).ravel().tolist()
     )
-    for what, have, want, allowed in _parts(claimed, wanted, length, referee.tolerances.direction):
+    for what, have, want, allowed in _parts(claimed, wanted, length, recheck.tolerances.direction):
         off = float(np.abs(np.subtract(have, want)).max())
         found.check(
             "arc",
             off <= allowed,
-            f"{what} {_list(have)} is claimed; between these coordinates it is {_list(want)} "
+            f"{what} {listed(have)} is claimed; between these coordinates it is {listed(want)} "
             f"(off by {off:.3g}, allowed {allowed:.3g})",
         )
 
@@ -65,7 +65,3 @@ def _turns(claimed: Turn, wanted: Turn, length: float, angle: float) -> list[Par
         ("rotation.axis", claimed.axis, tuple((sign * axis).tolist()), angle),
         ("rotation.angle", (claimed.angle,), (sign * wanted.angle,), angle),
     ]
-
-
-def _list(values: tuple[float, ...]) -> str:
-    return "[" + ", ".join(f"{value:.9g}" for value in values) + "]"

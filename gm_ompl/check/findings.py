@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from gm_ompl.check.report import StepReport, Violation
@@ -41,7 +42,7 @@ class Findings:
         """Return the step's report."""
         failed = {violation.topic for violation in self.violations}
         return StepReport(
-            number=-1 if self.step is None else self.step,
+            step=-1 if self.step is None else self.step,
             kind=kind,
             where=where,
             z=self.z,
@@ -49,3 +50,8 @@ class Findings:
             checked=tuple(self.checked),
             failed=tuple(topic for topic in self.checked if topic in failed),
         )
+
+
+def listed(values: Iterable[float]) -> str:
+    """Return numbers as a plan file's list."""
+    return "[" + ", ".join(f"{float(value):.9g}" for value in values) + "]"

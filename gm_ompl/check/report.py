@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from gm_ompl.writing import plain
+
 
 @dataclass(frozen=True)
 class Violation:
@@ -29,22 +31,13 @@ class Violation:
             place += f", segment {self.segment}"
         return f"{place}: {self.topic}: {self.message}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the violation as plain values."""
-        return {
-            "step": self.step,
-            "segment": self.segment,
-            "topic": self.topic,
-            "message": self.message,
-        }
-
 
 @dataclass(frozen=True)
 class StepReport:
     """What holds in one step.
 
     Attributes:
-        number: the step's number, from 0.
+        step: the step's number, from 0.
         kind: "displacement" or "regrasp".
         where: what the step does, in coordinates and fingers.
         z: the least stability margin recomputed in the step; None where none could be.
@@ -53,7 +46,7 @@ class StepReport:
         failed: those of them with a violation.
     """
 
-    number: int
+    step: int
     kind: str
     where: str
     z: float | None
@@ -65,19 +58,6 @@ class StepReport:
     def holds(self) -> bool:
         """Whether nothing in the step is violated."""
         return not self.failed
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain values."""
-        return {
-            "step": self.number,
-            "kind": self.kind,
-            "where": self.where,
-            "holds": self.holds,
-            "z": self.z,
-            "cost": self.cost,
-            "checked": list(self.checked),
-            "failed": list(self.failed),
-        }
 
 
 @dataclass(frozen=True)
@@ -103,20 +83,15 @@ class CheckReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        return {
-            "holds": self.holds,
-            "status": self.status,
-            "steps": [step.to_dict() for step in self.steps],
-            "violations": [violation.to_dict() for violation in self.violations],
-            "notes": list(self.notes),
-        }
+        steps = [{**plain(step), "holds": step.holds} for step in self.steps]
+        return {"holds": self.holds, **plain(self), "steps": steps}
 
     def table(self) -> str:
         """Return the report as text: a row per step, then violations and notes."""
         rows = [("step", "kind", "where", "least z", "cost", "holds")]
         rows += [
             (
-                str(step.number),
+                str(step.step),
                 step.kind,
                 step.where,
                 "-" if step.z is None else f"{step.z:.6g}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -125,8 +125,7 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
         inertia=inertia,
         inertia_share=share,
     )
-    found = tuple(_findings(shown, setup, slack))
-    return ExecutionReport(**{**vars(shown), "findings": found})
+    return replace(shown, findings=tuple(_findings(shown, setup, slack)))
 
 
 def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:

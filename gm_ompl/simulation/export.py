@@ -55,7 +55,7 @@ def _header(name: str, line: Timeline, pace: Pace) -> list[str]:
         "f_com: commanded normal force along the normal (nx, ny, nz), which points into the",
         "object; empty but under force control and in a switch",
         "lean: force (x, y, z) to lean on the object with where position is controlled",
-        "phase: settle, approach, switch, move, lift, travel or land",
+        "phase: settle, approach, switch, move, lift, transit or land",
         f"pace: fastest vertex {pace.speed:g} diagonals of the object per second",
         *(f"note: {note}" for note in line.notes),
     ]

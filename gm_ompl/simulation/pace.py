@@ -20,7 +20,7 @@ class Pace:
         settle: time to come to rest, at the beginning and at the end [s].
         switch: time in which modes and commanded forces change, the object at rest [s].
         lift: time to leave a surface, and to come down on it [s].
-        travel: a lifted finger's speed [D/s].
+        transit: a lifted finger's speed [D/s].
         clearance: height of a finger above its placement when lifted [D].
         reach: how far beyond its placement a finger goes to find the surface [D].
     """
@@ -30,7 +30,7 @@ class Pace:
     settle: float = 0.3
     switch: float = 0.3
     lift: float = 0.4
-    travel: float = 0.6
+    transit: float = 0.6
     clearance: float = 0.015
     reach: float = 0.015
 

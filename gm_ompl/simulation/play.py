@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.simulation.control import Command, Servo
-from gm_ompl.simulation.physics import STEP, Physics
+from gm_ompl.simulation.control import Servo
+from gm_ompl.simulation.physics import Physics
 from gm_ompl.simulation.timeline import Timeline
 from gm_ompl.simulation.units import Units
 from gm_ompl.simulation.world import World
@@ -68,19 +68,10 @@ class Player:
 
     def __init__(self, timeline: Timeline, units: Units, world: World) -> None:
         self.timeline, self.units, self.world = timeline, units, world
-        L = units.length
-        turned = np.einsum("tij,nj->tni", timeline.rotation, world.offset)
-        self._centre = L * timeline.centre + turned
-        self._velocity = L * timeline.velocity
-        self._acceleration = L * timeline.acceleration
-        self._f_com, self._limit = units.force * timeline.f_com, units.force * timeline.limit
-        self._lean = units.force * timeline.lean
-        self._press = L * timeline.press
-        spin = np.einsum("tji,tj->ti", timeline.rotation, timeline.spin)
-        self._spin = spin
-        start = L * timeline.position[0] + np.array([0.0, 0.0, world.lift])
-        self.physics = Physics(world, start, timeline.quaternion[0], self._centre[0])
-        self.servo = Servo(timeline.fingers, STEP)
+        self._si = timeline.scaled(units.length, units.force, world.offset)
+        start = self._si.position[0] + np.array([0.0, 0.0, world.lift])
+        self.physics = Physics(world, start, timeline.quaternion[0], self._si.centre[0])
+        self.servo = Servo(self._si)
         self.instant = 0
 
     def snapshot(self) -> Snapshot:
@@ -133,13 +124,8 @@ class Player:
         )  # fmt: skip
 
     def _step(self, k: int, wrench: Wrench | None) -> None:
-        timeline, here = self.timeline, self.physics
-        command = Command(
-            self._centre[k], self._velocity[k], self._acceleration[k], timeline.normal[k],
-            timeline.force_share[k], self._f_com[k], self._lean[k], self._limit[k],
-            self._press[k], timeline.down[k], timeline.landing[k],
-        )  # fmt: skip
-        forces = self.servo.forces(command, here.centres, here.velocities)
+        line, here = self._si, self.physics
+        forces = self.servo.forces(k, here.centres, here.velocities)
         disturbance = None if wrench is None else wrench(self.instant, here.quaternion)
-        here.step(forces, timeline.quaternion[k], self._spin[k], disturbance)
+        here.step(forces, self.timeline.quaternion[k], line.own_spin[k], disturbance)
         self.instant += 1

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
 
-PHASES = ("settle", "approach", "switch", "move", "lift", "travel", "land")
+PHASES = ("settle", "approach", "switch", "move", "lift", "transit", "land")
 """What happens: fingers stand off, come down, modes and forces change, the object moves, and a
-finger leaves, travels, comes down."""
+finger leaves, is in transit, comes down."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,19 +79,31 @@ class Timeline:
         seconds: Array = self.dt * np.arange(len(self), dtype=np.float64)
         return seconds
 
+    def scaled(self, length: float, force: float, offset: Array) -> Timeline:
+        """Return the timeline in SI units.
+
+        Args:
+            length: metres per unit of length.
+            force: newtons per unit of force.
+            offset: (n, 3), added to the fingertips' places, object frame [m].
+        """
+        moved = length * self.centre + np.einsum("tij,nj->tni", self.rotation, offset)
+        lengths = {name: length * getattr(self, name) for name in ("position", "press")}
+        forces = {name: force * getattr(self, name) for name in ("f_com", "limit", "lean")}
+        return replace(self, centre=moved, **lengths, **forces)
+
     @cached_property
     def quaternion(self) -> Array:
         """(T, 4), the object's orientation, w x y z, without jumps of sign."""
-        rows: Array = np.empty((len(self), 4))
-        last: Array | None = None
-        for k, rotation in enumerate(self.rotation):
-            if last is not None and k and np.array_equal(rotation, self.rotation[k - 1]):
-                rows[k] = rows[k - 1]
-                continue
-            row = Pose(rotation, self.position[k]).quaternion()
-            rows[k] = -row if last is not None and row @ last < 0 else row
-            last = rows[k]
-        return rows
+        rows = Rotation.from_matrix(self.rotation).as_quat()[:, [3, 0, 1, 2]]
+        turned = np.append(1.0, np.where((rows[1:] * rows[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))
+        whole: Array = rows * np.cumprod(turned)[:, None]
+        return whole
+
+    @cached_property
+    def own_spin(self) -> Array:
+        """(T, 3), the angular velocity in the object's frame [rad/s]."""
+        return np.asarray(np.einsum("tji,tj->ti", self.rotation, self.spin))
 
     @cached_property
     def spin(self) -> Array:

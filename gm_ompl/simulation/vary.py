@@ -4,33 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gm_ompl.simulation.execute import Setup, execute
-from gm_ompl.simulation.report import plain
+from gm_ompl.simulation.report import ExecutionReport
 from gm_ompl.simulation.world import KINDS, World, lifted, varied
-
-
-@dataclass(frozen=True)
-class VariedRun:
-    """One execution in a world that differs from the model.
-
-    Attributes:
-        seed: of the errors.
-        holds: whether the plan held.
-        findings: why not.
-        end_position: error of the centre of mass at the end, scenario's units.
-        end_angle: error of the orientation at the end [deg].
-    """
-
-    seed: int
-    holds: bool
-    findings: tuple[str, ...]
-    end_position: float
-    end_angle: float
+from gm_ompl.writing import plain
 
 
 @dataclass(frozen=True)
@@ -38,35 +20,41 @@ class VariationReport:
     """Executions of one plan in several worlds.
 
     Attributes:
-        share: the greatest error, 0.03 for three per cent.
+        error_limit: the greatest error, 0.03 for three per cent.
         kinds: what is off: ``KINDS`` or some of them.
         z: the smallest stability margin that the plan states.
-        runs: one per seed.
+        runs: by the seed of the errors.
     """
 
-    share: float
+    error_limit: float
     kinds: tuple[str, ...]
     z: float
-    runs: tuple[VariedRun, ...]
+    runs: dict[int, ExecutionReport]
 
     @property
-    def success(self) -> float:
+    def share(self) -> float:
         """Share of the executions that held."""
-        return sum(run.holds for run in self.runs) / max(len(self.runs), 1)
+        return sum(run.holds for run in self.runs.values()) / max(len(self.runs), 1)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        return {"success": self.success, **plain(asdict(self))}
+        kept = ("holds", "findings", "end_position", "end_angle")
+        runs = [
+            {"seed": seed, **{name: plain(getattr(run, name)) for name in kept}}
+            for seed, run in self.runs.items()
+        ]
+        told = {"success": self.share, "share": self.error_limit, "kinds": self.kinds, "z": self.z}
+        return {**plain(told), "runs": runs}
 
     def table(self) -> str:
         """Return the report as lines of text."""
-        held = sum(run.holds for run in self.runs)
+        failed = {seed: run for seed, run in self.runs.items() if not run.holds}
         lines = [
-            f"{', '.join(self.kinds)} off by up to {100 * self.share:g}%: {held} of "
-            f"{len(self.runs)} executions hold ({100 * self.success:.1f}%); least z {self.z:.4g}"
+            f"{', '.join(self.kinds)} off by up to {100 * self.error_limit:g}%: "
+            f"{len(self.runs) - len(failed)} of {len(self.runs)} executions hold "
+            f"({100 * self.share:.1f}%); least z {self.z:.4g}"
         ]
-        lines += [f"  seed {r.seed}: {r.findings[0]}" for r in self.runs if not r.holds]
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  seed {k}: {r.findings[0]}" for k, r in failed.items())])
 
 
 def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] = KINDS) -> World:
@@ -91,11 +79,9 @@ def vary(
         seed: of the first.
         kinds: which of ``KINDS`` are off.
     """
-    runs = []
-    for number in range(seed, seed + count):
-        report = execute(setup, errant_world(setup, share, number, kinds), slack=share)
-        runs.append(
-            VariedRun(number, report.holds, report.findings, report.end_position, report.end_angle)
-        )
+    runs = {
+        number: execute(setup, errant_world(setup, share, number, kinds), slack=share)
+        for number in range(seed, seed + count)
+    }
     least = setup.plan.least_z
-    return VariationReport(share, tuple(kinds), math.inf if least is None else least, tuple(runs))
+    return VariationReport(share, tuple(kinds), math.inf if least is None else least, runs)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.study.store import Record
-from gm_ompl.study.summary import CONFIDENCE, RESAMPLES, SEED, Samples
+from gm_ompl.study.summary import RESAMPLES, SEED, Samples, ends
 
 PENALTY = 10.0
 """A run without a plan counts as this many times what it had spent, or as this cost."""
@@ -121,10 +121,8 @@ def gain(name: str, old: Sequence[Record], new: Sequence[Record]) -> Gain:
     # (scenarios, resamples): each scenario's difference with its runs drawn anew.
     drawn = np.array([_drawn(rng, a) - _drawn(rng, b) for a, b in pairs])
     chosen = rng.integers(len(pairs), size=(len(pairs), RESAMPLES))
-    spread = np.sort(np.take_along_axis(drawn, chosen, axis=0).mean(axis=0))
-    tail = (1.0 - CONFIDENCE) / 2.0
-    ends = spread[int(tail * RESAMPLES)], spread[int((1.0 - tail) * RESAMPLES) - 1]
-    low, high = (math.exp(float(end)) for end in ends)
+    spread = np.take_along_axis(drawn, chosen, axis=0).mean(axis=0)
+    low, high = map(math.exp, ends(spread))
     return Gain(math.exp(float(means.mean())), low, high, shares)
 
 

@@ -236,7 +236,7 @@ def difference(a: Samples, b: Samples, statistic: Statistic) -> Interval:
     rng = np.random.default_rng(SEED)
     drawn = [statistic(rng.choice(x, (RESAMPLES, x.size))) for x in (a, b)]
     with np.errstate(invalid="ignore"):
-        return _ends(float(statistic(a) - statistic(b)), drawn[0] - drawn[1])
+        return _interval_of(float(statistic(a) - statistic(b)), drawn[0] - drawn[1])
 
 
 def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Statistic) -> Interval:
@@ -258,16 +258,21 @@ def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Stati
 
     with np.errstate(invalid="ignore"):
         drawn = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
-        return _ends(value(range(len(pairs))), np.array([value(row) for row in drawn]))
+        return _interval_of(value(range(len(pairs))), np.array([value(row) for row in drawn]))
 
 
-def _ends(value: float, drawn: Samples) -> Interval:
-    """Return the value and the ends of the interval that holds 95% of what was drawn."""
-    spread = np.sort(drawn)
+def ends(drawn: Samples) -> tuple[float, float]:
+    """Return the ends of the interval that holds 95% of what was drawn."""
     tail = (1.0 - CONFIDENCE) / 2.0
-    low = float(spread[int(tail * RESAMPLES)])
-    high = float(spread[int((1.0 - tail) * RESAMPLES) - 1])
-    if np.isnan(spread).any() or not (math.isfinite(low) or math.isfinite(high)):
+    low = np.quantile(drawn, tail, method="inverted_cdf")
+    high = np.quantile(drawn, 1.0 - tail, method="inverted_cdf")
+    return float(low), float(high)
+
+
+def _interval_of(value: float, drawn: Samples) -> Interval:
+    """Return the value and the ends of what was drawn; None where nothing is known."""
+    low, high = (math.nan, math.nan) if np.isnan(drawn).any() else ends(drawn)
+    if math.isnan(low) or not (math.isfinite(low) or math.isfinite(high)):
         return _finite(value), None, None
     return _finite(value), low, high
 
