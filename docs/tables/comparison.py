@@ -20,7 +20,7 @@ from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
 from gm_ompl.study.report import figure, figures, interval, table
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.summary import Difference, differences, summarise
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
@@ -76,7 +76,7 @@ def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, seed=0, limits=limits) for task in exact.values())
 
 
-def tables(shown: Sequence[Record], best: Mapping[str, float]) -> dict[str, str]:
+def tables(shown: Sequence[RunRecord], best: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of the runs, by the name of their marks.
 
     Args:
@@ -90,7 +90,7 @@ def tables(shown: Sequence[Record], best: Mapping[str, float]) -> dict[str, str]
     return {"runs": table(head, lines), "differences": _difference_table(shown, best)}
 
 
-def _difference_table(shown: Sequence[Record], best: Mapping[str, float]) -> str:
+def _difference_table(shown: Sequence[RunRecord], best: Mapping[str, float]) -> str:
     """Return a line per scenario and planner, a column per figure."""
     lines: dict[tuple[str, str], list[str]] = {}
     heads: dict[str, None] = {}
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                    write_tables(page, tables(shown, best)))  # fmt: skip
 
 
-Write: TypeAlias = Callable[[Comparison, Path, Sequence[Record], Mapping[str, float]], None]
+Write: TypeAlias = Callable[[Comparison, Path, Sequence[RunRecord], Mapping[str, float]], None]
 """Writes a page from its runs and the proven optima by scenario key."""
 
 
@@ -149,7 +149,7 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
 
 def _runs(
     design: Comparison, path: Path, stored_only: bool
-) -> tuple[tuple[Record, ...], dict[str, float]]:
+) -> tuple[tuple[RunRecord, ...], dict[str, float]]:
     """Return the runs that a page shows and the proven optima by scenario key.
 
     Raises:

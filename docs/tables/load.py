@@ -22,7 +22,7 @@ from gm_ompl import api
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.cluster import LOCAL, make_executor
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits
 from gm_ompl.study.workers import Executor, LocalExecutor, cores
 
@@ -98,7 +98,7 @@ def measure(
     return _load(records, workers, elapsed, spent)
 
 
-def _load(records: Sequence[Record], workers: int, elapsed: float, cpu: float) -> Load:
+def _load(records: Sequence[RunRecord], workers: int, elapsed: float, cpu: float) -> Load:
     failed = [record for record in records if record.search_s is None]
     if failed:
         raise GmOmplError(f"{len(failed)} runs failed, the first: {failed[0].message}")

@@ -24,7 +24,7 @@ from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import figure, figures, interval, report_html
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.summary import Difference, Summary, differences, summarise
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
@@ -74,7 +74,7 @@ def _tasks(request: CompareVerb) -> tuple[Task, ...]:
                       limits)  # fmt: skip
 
 
-def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[Record, ...]:
+def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[RunRecord, ...]:
     """Make the runs; how many are done is shown on stderr."""
     columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as progress:

@@ -7,8 +7,8 @@ import numpy as np
 from gm_ompl.check.findings import Findings, listed
 from gm_ompl.check.recheck import Recheck
 from gm_ompl.motion.arc import Arc
-from gm_ompl.plan.arc_model import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.plan.arcs import arc_record
+from gm_ompl.plan.record import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 
 
 def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -> None:

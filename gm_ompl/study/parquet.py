@@ -10,12 +10,12 @@ from types import ModuleType, NoneType
 from typing import Any, get_args, get_type_hints
 
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.writing import whole
 
 
-def write_parquet(records: Sequence[Record], path: Path) -> None:
-    """Write the runs, a row each, the columns being those of ``Record``.
+def write_parquet(records: Sequence[RunRecord], path: Path) -> None:
+    """Write the runs, a row each, the columns being those of ``RunRecord``.
 
     Parameters are JSON text; the history is a list of (time_s, cost, lower_bound). A column has the
     same type whatever the runs hold.
@@ -40,8 +40,8 @@ def _pyarrow() -> tuple[ModuleType, ModuleType]:
 
 
 def _hints() -> dict[str, Any]:
-    hints = get_type_hints(Record)
-    return {field.name: hints[field.name] for field in fields(Record)}
+    hints = get_type_hints(RunRecord)
+    return {field.name: hints[field.name] for field in fields(RunRecord)}
 
 
 def _type(arrow: ModuleType, name: str, hint: Any) -> Any:

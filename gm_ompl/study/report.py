@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import (
     Difference,
     Samples,
@@ -41,7 +41,7 @@ th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left }
 """
 
 
-def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
+def report_html(records: Sequence[RunRecord], optima: Mapping[str, float]) -> str:
     """Return the page.
 
     Args:
@@ -89,7 +89,7 @@ def plotly(extra: str = "plot") -> ModuleType:
 
 
 def _charts(
-    go: ModuleType, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
+    go: ModuleType, planners: Mapping[str, Sequence[RunRecord]], optima: Mapping[str, float]
 ) -> Iterator[Any]:
     """Yield a scenario's charts: success over time, cost over time, cost ratio."""
     success, cost, ratio = (go.Figure() for _ in range(3))
@@ -118,7 +118,7 @@ def _charts(
         yield figure
 
 
-def _scaling(go: ModuleType, records: Sequence[Record]) -> Iterator[Any]:
+def _scaling(go: ModuleType, records: Sequence[RunRecord]) -> Iterator[Any]:
     """Yield, where sizes differ, charts of what first plans took over the lattice's states."""
     solved = [run for run in records if run.solved and run.states is not None]
     if len({run.states for run in solved}) < 2:
@@ -144,7 +144,7 @@ def _scaling(go: ModuleType, records: Sequence[Record]) -> Iterator[Any]:
         yield figure
 
 
-def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list[float]]:
+def success_curve(runs: Sequence[RunRecord], end: float) -> tuple[list[float], list[float]]:
     """Return the steps of the share of runs that have a plan, from time 0 to ``end``."""
     found = np.sort(first_times(runs))
     found = found[np.isfinite(found)]
@@ -154,7 +154,7 @@ def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list
 
 
 def cost_quantiles(
-    runs: Sequence[Record], times: Samples
+    runs: Sequence[RunRecord], times: Samples
 ) -> tuple[list[float | None], list[float | None], list[float | None]]:
     """Return the quartiles of the best cost so far over all runs; None where it is infinite.
 

@@ -18,7 +18,7 @@ History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
 
 
 @dataclass(frozen=True)
-class Record:
+class RunRecord:
     """One finished run.
 
     Attributes:
@@ -92,7 +92,7 @@ class Record:
 
 KIND = Kind("store of runs", "SQLite, as compare and tune write it", 2**40)
 
-_COLUMNS = tuple(field.name for field in fields(Record))
+_COLUMNS = tuple(field.name for field in fields(RunRecord))
 _JSON = ("parameters", "history")
 _CREATE = f"""CREATE TABLE IF NOT EXISTS runs
 ({", ".join(f"{name} {'TEXT PRIMARY KEY' if name == 'key' else ''}" for name in _COLUMNS)})"""
@@ -126,7 +126,7 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._connection.close()
 
-    def add(self, record: Record) -> None:
+    def add(self, record: RunRecord) -> None:
         """Store a run; one that is there already stays as it is."""
         values = [
             json.dumps(getattr(record, name)) if name in _JSON else getattr(record, name)
@@ -136,17 +136,17 @@ class Store:
         with _named(self.path):
             self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
 
-    def get(self, keys: Iterable[str]) -> dict[str, Record]:
+    def get(self, keys: Iterable[str]) -> dict[str, RunRecord]:
         """Return the stored ones of the runs with these keys."""
         select = "SELECT * FROM runs WHERE key = ?"
         records = (record for key in keys for record in self._select(select, (key,)))
         return {record.key: record for record in records}
 
-    def all(self) -> tuple[Record, ...]:
+    def all(self) -> tuple[RunRecord, ...]:
         """Return every stored run, in the order in which they finished."""
         return tuple(self._select("SELECT * FROM runs ORDER BY rowid"))
 
-    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[Record]:
+    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[RunRecord]:
         try:
             return [_record(row) for row in self._connection.execute(command, values)]
         except (sqlite3.Error, ValueError, TypeError) as error:
@@ -168,9 +168,9 @@ def _named(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
 
 
-def _record(row: tuple[Any, ...]) -> Record:
+def _record(row: tuple[Any, ...]) -> RunRecord:
     values = dict(zip(_COLUMNS, row, strict=True))
     values["parameters"] = json.loads(values["parameters"])
     values["history"] = tuple(tuple(entry) for entry in json.loads(values["history"]))
     values["optimal"] = bool(values["optimal"])
-    return Record(**values)
+    return RunRecord(**values)

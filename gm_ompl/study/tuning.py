@@ -27,7 +27,7 @@ from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
@@ -168,7 +168,7 @@ def tune(
 
 def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
     """Return the gain in every measure on the held-out scenarios."""
-    sides: list[tuple[Record, ...]] = [
+    sides: list[tuple[RunRecord, ...]] = [
         compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
     ]
     return {name: gain(name, sides[0], sides[1]) for name in MEASURES}

@@ -23,7 +23,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 Outcome: TypeAlias = dict[str, Any]
-"""Fields of ``Record``."""
+"""Fields of ``RunRecord``."""
 
 
 class Executor(Protocol):

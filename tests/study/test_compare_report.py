@@ -20,14 +20,16 @@ from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
 from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import difference, differences, paired_difference, summarise
 
 EVIL = "<img src=x onerror=alert(1)></script>'\"; [bold]"
 OPTIMA = {"k": 10.0}
 
 
-def run(planner: str, seed: int, time: float | None, cost: float | None, **more: object) -> Record:
+def run(
+    planner: str, seed: int, time: float | None, cost: float | None, **more: object
+) -> RunRecord:
     values: dict[str, object] = {
         "key": f"{planner}{seed}", "scenario": EVIL, "scenario_key": "k", "planner": planner,
         "parameters": {"range": 0.5}, "seed": seed, "time_limit": 5.0, "memory_limit": None,
@@ -38,7 +40,7 @@ def run(planner: str, seed: int, time: float | None, cost: float | None, **more:
         "history": () if time is None or cost is None
         else ((time, 2 * cost, 0.0), (2 * time, cost, 0.0)),
     }  # fmt: skip
-    return Record(**{**values, **more})  # type: ignore[arg-type]
+    return RunRecord(**{**values, **more})  # type: ignore[arg-type]
 
 
 RUNS = (
