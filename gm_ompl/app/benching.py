@@ -36,7 +36,7 @@ def lines(found: dict[str, Any]) -> Iterator[str]:
     yield "Plans: A*, and the plain search: its decisions, counted, times HiGHS's measured mean."
     yield ""
     yield _plans(found["plans"])
-    yield "Where A*'s time goes; peak memory of its process; decisions in batches against singly."
+    yield "Where A*'s time goes; peak memory of its process."
     yield ""
     yield _shares(found["plans"])
     start, machine = found["start"], found["machine"]
@@ -76,11 +76,11 @@ def _plans(rows: list[dict[str, Any]]) -> str:
 
 
 def _shares(rows: list[dict[str, Any]]) -> str:
-    head = ("scenario", "geometry", "decisions", "search", "other", "MiB", "batch gain")
+    head = ("scenario", "geometry", "decisions", "search", "other", "MiB")
     return table(head, [
         (
             row["scenario"], *(f"{100 * share:.0f} %" for share in row["profile"].values()),
-            number(row["peak_mb"]), number(row["batch_gain"]),
+            number(row["peak_mb"]),
         )
         for row in rows
     ])  # fmt: skip

@@ -23,7 +23,7 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.study.bench_decisions import Searched, Times, batch_gain, searched, timed
+from gm_ompl.study.bench_decisions import Searched, Times, searched, timed
 
 Json: TypeAlias = dict[str, Any]
 
@@ -82,7 +82,6 @@ def bench(
         plans.append({
             **row, **plain,
             "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
-            "batch_gain": batch_gain(found["dijkstra"], DRAWN, repeat),
             "profile": profiled(problem, search_limit),
             "peak_mb": _spent(_plan(name, overrides))[1],
         })  # fmt: skip

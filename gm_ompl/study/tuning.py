@@ -114,6 +114,7 @@ class Tuned:
         front: places of the trials that no other beats in every measure.
         importances: see ``importances``.
         gains: per measure, the winner against the defaults on the held-out scenarios.
+        study: optuna's, for its charts.
     """
 
     trials: tuple[Tried, ...]
@@ -121,6 +122,7 @@ class Tuned:
     front: tuple[int, ...]
     importances: Mapping[str, float]
     gains: Mapping[str, Gain]
+    study: Any
 
 
 def searched(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
@@ -159,11 +161,11 @@ def tune(
     if watch is not None:
         watch(len(finished), design.trials)
     trials = tuple(Tried(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
-    front = _front(trials)
+    best_numbers = {trial.number for trial in study.best_trials}
+    front = tuple(k for k, t in enumerate(finished[: design.trials]) if t.number in best_numbers)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
-    return Tuned(trials, best, front, importances(trials), _gains(
-        design, trials[best].parameters, store, executor
-    ))  # fmt: skip
+    gains = _gains(design, trials[best].parameters, store, executor)
+    return Tuned(trials, best, front, importances(trials), gains, study)
 
 
 def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
@@ -172,21 +174,6 @@ def _gains(design: Design, parameters: Values, store: Store, executor: Executor)
         compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
     ]
     return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
-
-
-def _front(trials: Sequence[Tried]) -> tuple[int, ...]:
-    """Return the places of the trials that no other beats or equals in every measure."""
-
-    def beaten(place: int) -> bool:
-        own = trials[place].values
-        return any(
-            all(a <= b for a, b in zip(other.values, own, strict=True))
-            and (other.values != own or rank < place)
-            for rank, other in enumerate(trials)
-            if rank != place
-        )
-
-    return tuple(place for place in range(len(trials)) if not beaten(place))
 
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs.tables.comparison import Comparison, references, runs, tables
+from docs.tables.comparison import Comparison, marked, references, runs
 from docs.tables.pages import write_tables
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
@@ -184,7 +184,7 @@ def test_wrong_options_are_named(
 
 def test_the_page_has_its_marks(tmp_path: Path) -> None:
     """Tables go into docs/comparison.md; what stands between them is left alone."""
-    found = tables(RUNS, {"k": 9.0})
+    found = marked(RUNS, {"k": 9.0})
     assert len(found["runs"].splitlines()) == 2 + 2 and "1.111" in found["runs"]  # 10 over 9
     assert len(found["differences"].splitlines()) == 2 + 1
     page = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text()
