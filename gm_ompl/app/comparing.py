@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import made_folder, note
@@ -67,7 +67,7 @@ def _tasks(request: CompareVerb) -> tuple[Task, ...]:
     )
     planners = [name.strip() for name in request.planners.split(",") if name.strip()]
     limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
-    return make_tasks([api.load(name) for name in request.scenarios], planners, request.seeds,
+    return make_tasks([gm_ompl.load(name) for name in request.scenarios], planners, request.seeds,
                       limits)  # fmt: skip
 
 

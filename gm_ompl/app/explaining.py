@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.explain_text import lines
 from gm_ompl.app.output import say, say_json
@@ -19,8 +19,8 @@ def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
-    explanation = api.explain(
-        api.load(request.scenario, request.overrides or ()),
+    explanation = gm_ompl.explain(
+        gm_ompl.load(request.scenario, request.overrides or ()),
         at,
         places,
         samples=request.samples,

@@ -7,7 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.progress import ProgressLine
@@ -28,7 +28,7 @@ def plan_command(request: PlanVerb) -> Exit:
     html, trace = writable(request.html, "--html"), writable(request.trace, "--trace")
     _different(output, html, trace)
     parameters = read_parameters(request.params)
-    scenario = api.load(request.scenario, request.overrides or ())
+    scenario = gm_ompl.load(request.scenario, request.overrides or ())
     plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)
@@ -60,7 +60,7 @@ def _search(
     """Plan, the progress shown and, where asked for, traced."""
 
     def plan(report: Report) -> Plan:
-        return api.plan(
+        return gm_ompl.plan(
             scenario,
             planner=request.planner,
             time_limit=request.time_limit,

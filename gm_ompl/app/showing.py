@@ -47,10 +47,10 @@ def list_command(request: ListVerb) -> Exit:
 
 def check_command(request: CheckVerb) -> Exit:
     """Judge the plan in the file and show what holds."""
-    from gm_ompl import api
+    import gm_ompl
 
     with opened(request.plan_file) as plan:
-        report = api.check(plan)
+        report = gm_ompl.check(plan)
     if request.as_json:
         say_json(report.to_dict())
     else:

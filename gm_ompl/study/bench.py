@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.planners.planner import Budget
@@ -62,7 +62,7 @@ def bench(
         highs: decisions per search made with HiGHS, too.
         search_limit: wall time of a search [s].
     """
-    problems = {name: api.load(name, overrides).problem for name in scenarios}
+    problems = {name: gm_ompl.load(name, overrides).problem for name in scenarios}
     note("start-up")
     start: Json = startup(scenarios[0], overrides, repeat)
     pool: dict[str, Times] = {search: defaultdict(list) for search in SEARCHES}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -23,7 +23,7 @@ from gm_ompl.study.summary import (
     ratios,
     summarise,
 )
-from gm_ompl.study.tuning import Tuned
+from gm_ompl.study.tuning import Tuned, charts
 
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999933",
@@ -265,7 +265,6 @@ def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
     Raises:
         MissingExtraError: plotly is not installed.
     """
-    plotly("tune")
     lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
     return _page(title, [*lines, *_figures(tuned, measures)])
 
@@ -282,18 +281,8 @@ def gain_lines(tuned: Tuned) -> Iterator[str]:
 
 
 def _figures(tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
-    """Yield optuna's charts: history, front of two measures, importances."""
-    from optuna import visualization as charts
-
-    def measured(column: int) -> Callable[[Any], float]:
-        return lambda trial: float(trial.values[column])
-
-    for k, name in enumerate(measures):
-        yield charts.plot_optimization_history(
-            tuned.study, target=measured(k), target_name=f"{name}, trial 0 has the defaults"
-        )
-    if len(measures) == 2:
-        yield charts.plot_pareto_front(tuned.study, target_names=list(measures))
+    """Yield optuna's charts and the importances of the parameters."""
+    yield from charts(tuned.study, measures)
     shares = tuned.importances
     bars = plotly("tune").Figure()
     bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -250,6 +250,21 @@ def importances(trials: Sequence[Tried]) -> dict[str, float]:
         spread = float(y @ y)
         shares[name] = max(0.0, 1.0 - float(rest @ rest) / spread) if spread > 0.0 else 0.0
     return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def charts(study: Any, measures: tuple[str, ...]) -> Iterator[Any]:
+    """Yield a study's history for every measure, and of two measures the front."""
+    drawing = _optuna().visualization
+
+    def measured(column: int) -> Callable[[Any], float]:
+        return lambda trial: float(trial.values[column])
+
+    for k, name in enumerate(measures):
+        yield drawing.plot_optimization_history(
+            study, target=measured(k), target_name=f"{name}, trial 0 has the defaults"
+        )
+    if len(measures) == 2:
+        yield drawing.plot_pareto_front(study, target_names=list(measures))
 
 
 def _optuna() -> ModuleType:

@@ -32,7 +32,7 @@ def run(
 ) -> RunRecord:
     values: dict[str, object] = {
         "key": f"{planner}{seed}", "scenario": EVIL, "scenario_key": "k", "planner": planner,
-        "parameters": {"range": 0.5}, "seed": seed, "time_limit": 5.0, "memory_limit": None,
+        "parameters": {"range_share": 0.5}, "seed": seed, "time_limit": 5.0, "memory_limit": None,
         "max_iterations": None, "code": "1", "status": "budget" if cost is None else "solved",
         "cost": cost, "first_plan_s": time, "search_s": 5.0, "peak_mb": 100.0,
         "regrasps": None if cost is None else 1, "least_z": None if cost is None else 0.5,
