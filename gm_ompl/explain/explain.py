@@ -11,7 +11,7 @@ from gm_ompl.explain import remedies
 from gm_ompl.explain.attempts import finer, sampled, search
 from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import first_failure, names, progress, whole_lane
+from gm_ompl.explain.lanes import names, whole_lane
 from gm_ompl.explain.regions import Region, whole_region
 from gm_ompl.explain.surveys import Scored, sets_at, survey
 from gm_ompl.explain.touching import contacts_at
@@ -239,16 +239,10 @@ class _Explaining:
         return scored
 
     def _score(self, placements: Placements, backwards: bool) -> Scored:
-        if not self._on_path:
-            region = Region(self._explainer, placements, backwards)
-            line = region.failure()
-            blocked = None if line is None else line.finding
-            return placements, blocked, None if line is None else line.ratio, -region.nearest
-        line = first_failure(self._explainer, placements, backwards)
-        far = progress(self._problem, line, backwards)
-        if line is None:
-            return placements, None, None, far
-        return placements, line.finding, line.ratio, far
+        region = Region(self._explainer, placements, backwards)
+        line = region.failure()
+        blocked, ratio = (None, None) if line is None else (line.finding, line.ratio)
+        return placements, blocked, ratio, -region.nearest
 
 
 def _sentence(search: Status | None, attempts: Sequence[Attempt], surveys: Sequence[Survey]) -> str:

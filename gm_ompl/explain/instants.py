@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import final
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
@@ -82,7 +83,7 @@ class Explainer:
         line = self.line(q, direction, placements, verdict)
         if verdict.finding is Finding.GEOMETRY:
             return line
-        return InstantLine(**{**vars(line), "modes": self._modes(q, direction, placements)})
+        return replace(line, modes=self._modes(q, direction, placements))
 
     def _modes(
         self, q: Coordinates, direction: Coordinates | None, placements: Placements

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import groupby
 
-import numpy as np
-
 from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
@@ -38,24 +36,16 @@ def ends(problem: Problem) -> tuple[int, int]:
 
 
 def scan(
-    explainer: Explainer, placements: Placements, backwards: bool, quick: bool = True
+    explainer: Explainer, placements: Placements
 ) -> Iterator[tuple[Coordinates, Coordinates, Verdict]]:
-    """Yield (q, direction, verdict) from the start to the goal, or in the other order.
+    """Yield (q, direction, verdict) from the start to the goal.
 
-    Nodes and arcs are judged by geometry, arcs throughout, and segments at their midpoints. The
-    motion is always the one from start to goal.
-
-    Args:
-        explainer: of the problem.
-        placements: per finger.
-        backwards: whether to come back from the goal.
-        quick: whether margins below z_min may be bounds.
+    Nodes and arcs are judged by geometry, arcs throughout, and segments at their midpoints.
     """
     problem, judge = explainer.problem, explainer.judge
     start, goal = ends(problem)
     P, axis = problem.cost.samples_per_arc, problem.lattice.axes[0]
     step = 1 if goal >= start else -1
-    below = problem.mechanics.z_min if quick else 0.0
     places: list[tuple[Coordinates, Moment | None]] = [((float(axis[start]),), None)]
     direction: Coordinates = (float(step),)
     for k in range(start, goal, step):
@@ -67,9 +57,9 @@ def scan(
         middles = problem.motion.arc(tail, head).middles(P)
         places += [(between(tail, head, (2 * j + 1) / (2 * P)), m) for j, m in enumerate(middles)]
         places.append((head, None))
-    for q, moment in reversed(places) if backwards else places:
+    for q, moment in places:
         if moment is not None:
-            yield q, direction, judge.segment(moment, placements, below)
+            yield q, direction, judge.segment(moment, placements)
         elif not judge.placements_valid(problem.motion.pose(q), placements):
             yield q, direction, Verdict(Finding.GEOMETRY)
 
@@ -96,22 +86,10 @@ def blocked_at(
     return between(tail, head, 0.5)
 
 
-def first_failure(
-    explainer: Explainer, placements: Placements, backwards: bool
-) -> InstantLine | None:
-    """Return the first instant that fails, z exact; None where all hold."""
-    for q, direction, verdict in scan(explainer, placements, backwards):
-        if not verdict.holds:
-            if verdict.decision is not None:
-                verdict = explainer.verdict(q, direction, placements)
-            return explainer.line(q, direction, placements, verdict)
-    return None
-
-
 def whole_lane(explainer: Explainer, placements: Placements) -> SetLine:
     """Return all that blocks a set of placements along the path."""
     lines = []
-    for q, direction, verdict in scan(explainer, placements, backwards=False, quick=False):
+    for q, direction, verdict in scan(explainer, placements):
         lines.append(explainer.line(q, direction, placements, verdict))
     failing = [line for line in lines if line.finding is not Finding.HOLDS]
     ratios = [line.ratio for line in lines if line.ratio is not None]
@@ -157,14 +135,3 @@ def _lifts(
         decision = explainer.judge.rest(pose, others, rows)
         found.append(explainer.ratio(Verdict.of(decision, problem.mechanics.z_min)))
     return tuple(found)
-
-
-def progress(problem: Problem, line: InstantLine | None, backwards: bool) -> float:
-    """Return the part of the path (0 to 1) that holds before a failure."""
-    if line is None:
-        return 1.0
-    axis = problem.lattice.axes[0]
-    start, goal = ends(problem)
-    origin = float(axis[goal] if backwards else axis[start])
-    length = abs(float(axis[goal] - axis[start])) or 1.0
-    return float(np.clip(abs(line.q[0] - origin) / length, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""One set of placements in the plane: the nodes it reaches without regrasping."""
+"""One set of placements: the nodes of the object's lattice it reaches without regrasping."""
 
 from __future__ import annotations
 
@@ -48,9 +48,8 @@ class Region:
         queue = deque(self.nodes)
         while queue and len(self.nodes) < NODES and not explainer.stop():
             for node in self._next(queue.popleft()):
-                if node not in self.nodes:
-                    self.nodes.add(node)
-                    queue.append(node)
+                self.nodes.add(node)
+                queue.append(node)
         self.cut_short = bool(queue)
         self.arrived = any(node in self.nodes for node in ends)
 
@@ -66,12 +65,12 @@ class Region:
         return valid
 
     def _next(self, node: int) -> Iterator[int]:
-        """Yield the nodes that an arc joins to ``node``; remember failures."""
+        """Yield the new nodes that an arc joins to ``node``; remember failures."""
         lattice = self._explainer.problem.lattice
         here = lattice.coordinates(node)
         for other, there in lattice.neighbours(node):
             tail, head = (there, here) if self._backwards else (here, there)
-            if self._holds(tail, head, there):
+            if other not in self.nodes and self._holds(tail, head, there):
                 yield other
 
     def _holds(self, tail: Coordinates, head: Coordinates, new: Coordinates) -> bool:

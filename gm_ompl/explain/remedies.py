@@ -11,7 +11,6 @@ from gm_ompl.errors import ScenarioError
 from gm_ompl.explain.attempts import SAMPLER, SAMPLER_ITERATIONS, search
 from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import first_failure
 from gm_ompl.explain.limits import Answer, Holds, Words, knobs, least
 from gm_ompl.explain.regions import Region
 from gm_ompl.explain.values import Remedy, SetLine
@@ -56,9 +55,6 @@ def for_placements(
 def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answer:
     """Whether placements hold from start to goal."""
     explainer = Explainer(problem, Judge(problem, make_backend(problem)), deadline.passed)
-    if problem.motion.dimension == 1:
-        failure = first_failure(explainer, placements, backwards=False)
-        return Answer.YES if failure is None else Answer.NO
     region = Region(explainer, placements, backwards=False)
     if region.arrived:
         return Answer.YES

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from gm_ompl.feasibility.verdict import Finding
+from gm_ompl.writing import plain
 
 SECONDS = 30.0
 """What an explanation may take, its searches included."""
@@ -226,17 +225,5 @@ class Explanation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists, mappings, numbers and text, no infinity among them."""
-        tree: dict[str, Any] = _plain(dataclasses.asdict(self))
+        tree: dict[str, Any] = plain(self)
         return tree
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Finding):
-        return value.name.lower()
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
