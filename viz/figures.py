@@ -1,9 +1,10 @@
-"""What happens along a plan, plotted: normal forces, control modes, z and fingertip travel."""
+"""Forces along a plan, as planned and as an execution measured them, with modes, z and travel."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import groupby
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -12,11 +13,12 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.simulation.balance import balance
+from gm_ompl.simulation.measure import Measurement
 from gm_ompl.simulation.segments import commanded
 
 from . import palette
 from .animation import Animation, ShownSegment
-from .canvas import COLUMN, new_figure, title
+from .canvas import COLUMN, check_suffix, new_figure, save, styled, title
 
 RANGES: Final = 400
 """Ranges of normal force are computed for at most this many segments, evenly chosen."""
@@ -211,3 +213,42 @@ def _travel(ax: Any, animation: Animation, axis: PlanAxis) -> None:
 
 def _legend(ax: Any) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
+
+
+def draw_execution(measured: Measurement, path: Path) -> None:
+    """Draw what an execution measured.
+
+    Args:
+        measured: what happened.
+        path: the file; its suffix names the format.
+
+    Raises:
+        InputError: another kind of file.
+        MissingExtraError: matplotlib is not installed.
+    """
+    check_suffix(path)
+    line, rows = measured.timeline, measured.rows
+    time, n = line.time[rows], line.fingers
+    with styled():
+        figure = new_figure(2.0 * COLUMN, 1.4 * (n + 1))
+        axes = figure.subplots(n + 1, 1, sharex=True, squeeze=False)[:, 0]
+        for i, axis in enumerate(axes[:n]):
+            share = line.force_share[rows, i]
+            asked = np.where(share >= 1.0, line.f_com[rows, i], np.nan)
+            axis.fill_between(
+                time, line.least[rows, i], line.most[rows, i], where=share <= 0.0,
+                color="tab:blue", alpha=0.15, linewidth=0, label="statical range",
+            )  # fmt: skip
+            axis.plot(time, measured.averaged(i), color="tab:blue", label="measured, 50 ms")
+            axis.plot(time, asked, "k--", linewidth=1, label="commanded")
+            axis.set_ylim(0, 1.15 * float(measured.problem.fingers.max_normal_force[i]))
+            axis.set_ylabel(f"finger {i}: normal force")
+            axis.legend(loc="lower right", ncols=3)
+        size = measured.problem.body.diagonal
+        axes[n].plot(time, 100 * measured.position_error() / size, label="position [% of D]")
+        axes[n].plot(time, measured.angle_error(), label="angle [deg]")
+        axes[n].set_ylabel("object's error")
+        axes[n].set_xlabel("time [s]")
+        axes[n].legend(loc="lower right", ncols=2)
+        figure.suptitle(measured.problem.name)
+        save(figure, path)

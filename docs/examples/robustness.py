@@ -12,8 +12,7 @@ import argparse
 from scipy.stats import beta
 
 import gm_ompl
-from gm_ompl.simulation.execute import prepare
-from gm_ompl.simulation.vary import vary
+from gm_ompl.simulation.execute import prepare, vary
 from gm_ompl.simulation.world import KINDS
 
 CASES = (("paper/cork", (0.05, 0.2, 0.4)), ("paper/regrasp", (0.5, 2.0, 4.0)))

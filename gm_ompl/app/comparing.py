@@ -21,9 +21,8 @@ from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
-from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import Table, report_html, tables
-from gm_ompl.study.store import RunRecord, Store
+from gm_ompl.study.store import RunRecord, Store, write_parquet
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import Executor
 from gm_ompl.writing import write_text

@@ -8,14 +8,13 @@ from contextlib import nullcontext
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.plan_files import opened
+from gm_ompl.app.showing import opened
 from gm_ompl.app.verbs import ExecuteVerb
 from gm_ompl.simulation.disturb import disturb, largest, probe
-from gm_ompl.simulation.execute import perform, prepare
-from gm_ompl.simulation.pace import Pace
+from gm_ompl.simulation.execute import VariationReport, perform, prepare, vary
 from gm_ompl.simulation.physics import load
 from gm_ompl.simulation.pulses import PulseReport
-from gm_ompl.simulation.vary import VariationReport, vary
+from gm_ompl.simulation.timeline import Pace
 from gm_ompl.simulation.video import Film
 from gm_ompl.writing import plain
 
@@ -33,7 +32,7 @@ def execute_command(request: ExecuteVerb) -> Exit:
     with nullcontext() if video is None else Film(video) as film:
         report, measured = perform(setup, watch=film)
     if plot is not None:
-        from gm_ompl.viz.execution import draw_execution
+        from gm_ompl.viz.figures import draw_execution
 
         draw_execution(measured, plot)
     reached = largest(setup, request.largest, request.seed) if request.largest else ()

@@ -6,14 +6,16 @@ What one of them alone needs is imported inside it.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.plan_files import opened
 from gm_ompl.app.verbs import CheckVerb, ExportVerb, ListVerb, PlotVerb, ViewVerb
-from gm_ompl.errors import InputError, did_you_mean
+from gm_ompl.errors import InputError, MisfitError, PlanFileError, ScenarioError, did_you_mean
+from gm_ompl.plan.fit import in_file
 from gm_ompl.plan.model import Plan
 from gm_ompl.writing import write_text
 
@@ -23,6 +25,23 @@ if TYPE_CHECKING:
 KEYS = ("name", "description", "source")
 
 PICTURES = ("forces", "snapshots", "search")
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Plan]:
+    """Give the plan in ``path``; what is found wrong with it meanwhile is told with file and line.
+
+    Raises:
+        PlanFileError: the file cannot be read, is no plan, or its steps or its scenario cannot
+            be used.
+    """
+    plan = Plan.load(path)
+    try:
+        yield plan
+    except MisfitError as error:
+        raise in_file(error, path) from None
+    except ScenarioError as error:
+        raise PlanFileError("\n".join(f"{path}: {line}" for line in error.problems)) from None
 
 
 def list_command(request: ListVerb) -> Exit:
@@ -130,7 +149,7 @@ def _figure(animation: Animation, show: str, trace: Path | None) -> Any:
 def export_command(request: ExportVerb) -> Exit:
     """Write the plan over time as CSV."""
     from gm_ompl.simulation.export import table
-    from gm_ompl.simulation.pace import Pace
+    from gm_ompl.simulation.timeline import Pace
 
     target = writable(request.output)
     assert target is not None

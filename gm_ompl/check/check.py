@@ -5,11 +5,9 @@ from __future__ import annotations
 import os
 
 from gm_ompl.check.displacement import check_displacement
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.recheck import Recheck
+from gm_ompl.check.recheck import Recheck, Tolerances
 from gm_ompl.check.regrasp import check_regrasp
-from gm_ompl.check.report import CheckReport, StepReport
-from gm_ompl.check.settings import Tolerances
+from gm_ompl.check.report import CheckReport, Findings, StepReport
 from gm_ompl.check.whole import AnyStep, check_continuity, check_goal, check_totals, head, tail
 from gm_ompl.plan.model import DisplacementStep, Plan
 from gm_ompl.scenario.scenario import Scenario

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gm_ompl.check.findings import Findings, listed
 from gm_ompl.check.recheck import Recheck
+from gm_ompl.check.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.plan.record import PoseRecord

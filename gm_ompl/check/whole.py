@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gm_ompl.check.coordinates import gap, in_goal
-from gm_ompl.check.findings import Findings
 from gm_ompl.check.recheck import Recheck
+from gm_ompl.check.report import Findings
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.plan.model import (
     DisplacementStep,

@@ -8,11 +8,10 @@ from typing import final
 import numpy as np
 
 from gm_ompl.explain import remedies
-from gm_ompl.explain.attempts import finer, sampled, search
-from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import names, whole_lane
-from gm_ompl.explain.regions import Region, whole_region
+from gm_ompl.explain.limits import Deadline
+from gm_ompl.explain.regions import Region, names, whole_lane, whole_region
+from gm_ompl.explain.remedies import finer, sampled, search
 from gm_ompl.explain.surveys import Scored, sets_at, survey
 from gm_ompl.explain.touching import contacts_at
 from gm_ompl.explain.values import (

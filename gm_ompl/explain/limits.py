@@ -1,4 +1,4 @@
-"""How strong, how rough, how modest: the least change of one value with which a plan exists."""
+"""The least change of one value with which a plan exists, and the time that this may take."""
 
 from __future__ import annotations
 
@@ -7,15 +7,40 @@ import enum
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import clock
 from gm_ompl.arrays import Array
-from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.values import Remedy
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
+
+
+@final
+class Deadline:
+    """A point in time; the clock is the budgets', which stands still while code is compiled.
+
+    Args:
+        seconds: from now.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._end = clock.now() + seconds
+
+    def left(self) -> float:
+        """Return the time left [s], at least 0."""
+        return max(0.0, self._end - clock.now())
+
+    def passed(self) -> bool:
+        """Whether no time is left."""
+        return self.left() <= 0.0
+
+    def part(self, share: float, most: float) -> Deadline:
+        """Return a deadline after ``share`` of the time left, in at most ``most`` seconds."""
+        return Deadline(min(most, share * self.left()))
+
 
 FAR = 100.0
 """No value is changed by more than this factor."""

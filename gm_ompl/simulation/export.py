@@ -11,9 +11,8 @@ from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.schedule import schedule
-from gm_ompl.simulation.timeline import PHASES, Timeline
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline
 
 POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 

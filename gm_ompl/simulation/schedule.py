@@ -14,9 +14,17 @@ from gm_ompl.motion.arc import Moment
 from gm_ompl.plan.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
-from gm_ompl.simulation.pace import Pace, between, progress, ramp
 from gm_ompl.simulation.segments import Run, commanded, runs
-from gm_ompl.simulation.timeline import PHASES, Timeline, joined, stacked
+from gm_ompl.simulation.timeline import (
+    PHASES,
+    Pace,
+    Timeline,
+    between,
+    joined,
+    progress,
+    ramp,
+    stacked,
+)
 from gm_ompl.simulation.transit import TOUCHING, Transit
 
 TOUCH = 0.02

@@ -25,9 +25,8 @@ from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
-from gm_ompl.study.store import RunRecord, Store
+from gm_ompl.study.store import JournalLock, RunRecord, Store, writing_journal
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 

@@ -14,10 +14,9 @@ from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.balance import balance
-from gm_ompl.simulation.pace import Pace, progress, ramp
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.segments import commanded, runs
-from gm_ompl.simulation.timeline import PHASES, Timeline
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, progress, ramp
 from gm_ompl.simulation.transit import Clearance
 
 DT = 0.005

@@ -18,9 +18,8 @@ from docs.tables.comparison import Comparison, marked, references, runs
 from docs.tables.pages import write_tables
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
-from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
-from gm_ompl.study.store import RunRecord
+from gm_ompl.study.store import RunRecord, write_parquet
 from gm_ompl.study.summary import difference, differences, paired_difference, summarise
 
 EVIL = "<img src=x onerror=alert(1)></script>'\"; [bold]"
