@@ -191,6 +191,12 @@ class Plan(PlanPart):
         rests = (step.z for step in self.steps if step.kind == "regrasp")
         return min((*rests, *(part.z for part in self.segments)), default=None)
 
+    @classmethod
+    def schema_of_files(cls) -> Json:
+        """Return the JSON Schema of plan files, which ``plan.schema.json`` holds."""
+        schema = cls.model_json_schema(by_alias=True, mode="serialization")
+        return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""
         return self.model_dump(mode="json", by_alias=True)

@@ -94,7 +94,6 @@ class Recording:
         quaternion: (K, 4), its orientation (w, x, y, z).
         centre: (K, n, 3), the fingertips' centres.
         normal_force: (K, n), mean over the row's steps.
-        tangential_force: (K, n), likewise.
     """
 
     rows: IntArray
@@ -102,7 +101,6 @@ class Recording:
     quaternion: Array
     centre: Array
     normal_force: Array
-    tangential_force: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,28 +160,24 @@ class Player:
         """
         until = len(self.timeline) if until is None else until
         rows, places, tips, forces = [], [], [], []
-        n = self.timeline.fingers
-        normal, sideways, count = np.zeros(n), np.zeros(n), 0
+        last = len(self.timeline) - 1
+        pressed: list[Array] = []
         while self.instant < until:
             k, here = self.instant, self.physics
-            self._step(min(k, len(self.timeline) - 1), wrench)
-            touches = here.touches()
-            normal, sideways = normal + touches.normal, sideways + touches.tangential
-            count += 1
-            if count == EVERY or self.instant == until:
-                rows.append(min(k, len(self.timeline) - 1))
+            self._step(min(k, last), wrench)
+            pressed.append(here.normal_forces())
+            if len(pressed) == EVERY or self.instant == until:
+                rows.append(min(k, last))
                 places.append(np.concatenate([here.position, here.quaternion]))
                 tips.append(here.centres)
-                forces.append((normal / count, sideways / count))
-                normal, sideways, count = np.zeros(n), np.zeros(n), 0
+                forces.append(np.mean(pressed, axis=0))
+                pressed = []
             if watch is not None:
                 watch(k)
-        poses = np.array(places).reshape(-1, 7)
+        poses, n = np.array(places).reshape(-1, 7), self.timeline.fingers
         return Recording(
             np.array(rows, dtype=np.int64), poses[:, :3], poses[:, 3:],
-            np.array(tips).reshape(-1, n, 3),
-            np.array([pair[0] for pair in forces]).reshape(-1, n),
-            np.array([pair[1] for pair in forces]).reshape(-1, n),
+            np.array(tips).reshape(-1, n, 3), np.array(forces).reshape(-1, n),
         )  # fmt: skip
 
     def _step(self, k: int, wrench: Wrench | None) -> None:
