@@ -262,7 +262,7 @@ def test_an_interrupt_before_the_search_leaves_a_plan_file(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gm_ompl, "Judge", interrupted)
+    monkeypatch.setattr(api, "Judge", interrupted)
     path = tmp_path / "plan.json"
     assert invoke("plan", "paper/slide", *SMALL, "-o", str(path)).exit_code == 130
     assert json.loads(path.read_text())["status"] == "interrupted"
