@@ -12,14 +12,7 @@ from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import say, say_json
 from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import (
-    ContactLine,
-    Explanation,
-    InstantLine,
-    ModeLine,
-    SetLine,
-    Survey,
-)
+from gm_ompl.explain.values import ContactLine, Explanation, InstantLine, ModeLine, SetLine, Survey
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
 

@@ -72,8 +72,7 @@ class ExplainVerb:
     scenario: Scenario
     at: Annotated[str | None, option("Only there: 0 to 1 along a path, or X,Y,YAW.", "S")] = None
     placements: Annotated[
-        str | None,
-        option("Only these, one per finger; CELL is i.j or [i,j].", "FACE:CELL,..."),
+        str | None, option("Only these, one per finger; CELL is i.j or [i,j].", "FACE:CELL,...")
     ] = None
     samples: Annotated[int | None, option("Sets of placements judged at most.", "N", min=1)] = None
     seed: Annotated[int, option("Seed of the sampling.", "N", min=0)] = 0

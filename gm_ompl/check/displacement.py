@@ -102,11 +102,7 @@ def _check_density(recheck: Recheck, step: DisplacementStep, found: Findings) ->
 
 
 def _check_segments(
-    recheck: Recheck,
-    step: DisplacementStep,
-    rows: Placements,
-    arc: Arc,
-    found: Findings,
+    recheck: Recheck, step: DisplacementStep, rows: Placements, arc: Arc, found: Findings
 ) -> None:
     middles = arc.middles(len(step.segments))
     for j, (moment, segment) in enumerate(zip(middles, step.segments, strict=True)):
@@ -125,11 +121,7 @@ def _check_segments(
 
 
 def _check_cost(
-    recheck: Recheck,
-    step: DisplacementStep,
-    rows: Placements,
-    arc: Arc,
-    found: Findings,
+    recheck: Recheck, step: DisplacementStep, rows: Placements, arc: Arc, found: Findings
 ) -> None:
     """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
     z = np.array([segment.z for segment in step.segments])

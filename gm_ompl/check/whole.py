@@ -8,12 +8,7 @@ from gm_ompl.check.coordinates import gap, in_goal
 from gm_ompl.check.recheck import Recheck
 from gm_ompl.check.report import Findings
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.plan.model import (
-    DisplacementStep,
-    PlacementRecord,
-    Plan,
-    RegraspStep,
-)
+from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
 from gm_ompl.plan.record import PoseRecord
 
 AnyStep = DisplacementStep | RegraspStep

@@ -78,10 +78,7 @@ def balance(
 
 
 def statics_at(
-    problem: Problem,
-    moment: Moment,
-    placements: Sequence[PlacementRecord],
-    down: Sequence[int],
+    problem: Problem, moment: Moment, placements: Sequence[PlacementRecord], down: Sequence[int]
 ) -> Statics:
     """Return the mechanics of Sec. 2.2 at one place of a plan, the fingers ``down`` touching."""
     contacts = contacts_at(moment, problem.body, problem.environment)

@@ -91,10 +91,7 @@ class LocalExecutor:
             waiting.extendleft(sorted(flying, reverse=True))
 
     def _serve(
-        self,
-        tasks: Sequence[Task],
-        waiting: deque[int],
-        flying: set[int],
+        self, tasks: Sequence[Task], waiting: deque[int], flying: set[int]
     ) -> Iterator[tuple[int, Outcome]]:
         """Yield outcomes until all tasks are done or the server is gone; ``flying`` stays true."""
         with contextlib.suppress(BrokenPipeError):
