@@ -189,13 +189,6 @@ def _set(line: SetLine) -> Iterator[str]:
         for part in line.stretches
     )
     yield from _shown(parts, STRETCHES_SHOWN, "stretches that fail")
-    lifts = [
-        f"finger {finger} {'may' if ratio >= 1.0 else 'may not'} be lifted{_ratio(ratio)}"
-        for finger, ratio in enumerate(line.lifts)
-        if ratio is not None
-    ]
-    if lifts:
-        yield f"    before that {'; '.join(lifts)}"
 
 
 def _instant(line: InstantLine) -> Iterator[str]:

@@ -104,7 +104,6 @@ def whole_lane(explainer: Explainer, placements: Placements) -> SetLine:
         backward=failing[-1] if failing else None,
         stretches=tuple(_stretches(lines)),
         ratio=min(ratios, default=None),
-        lifts=_lifts(explainer, placements, failing[0]) if failing else (),
     )
 
 
@@ -115,30 +114,6 @@ def _stretches(lines: list[InstantLine]) -> Iterator[Stretch]:
         part = list(group)
         ratios = [line.ratio for line in part if line.ratio is not None]
         yield Stretch(part[0].q[0], part[-1].q[0], finding, blocked, min(ratios, default=None))
-
-
-def _lifts(
-    explainer: Explainer, placements: Placements, failure: InstantLine
-) -> tuple[float | None, ...]:
-    """Return per finger z / z_min of the others at rest, at the last node before a failure."""
-    problem = explainer.problem
-    start, goal = ends(problem)
-    axis = problem.lattice.axes[0]
-    before = axis[min(start, goal) : max(start, goal) + 1]
-    before = before[before <= failure.q[0]] if goal >= start else before[before >= failure.q[0]]
-    if not len(before):
-        return ()
-    at: Coordinates = (float(before[-1] if goal >= start else before[0]),)
-    pose = problem.motion.pose(at)
-    if not explainer.judge.placements_valid(pose, placements):
-        return ()
-    found = []
-    for i in range(len(placements)):
-        others = tuple(j for j in range(len(placements)) if j != i)
-        rows = tuple(placements[j] for j in others)
-        decision = explainer.judge.rest(pose, others, rows)
-        found.append(explainer.ratio(Verdict.of(decision, problem.mechanics.z_min)))
-    return tuple(found)
 
 
 NODES = 1500

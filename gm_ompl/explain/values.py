@@ -84,7 +84,6 @@ class SetLine:
         backward: the first that fails coming back from the goal; None where none does.
         stretches: all that fails along a path; empty in the plane.
         ratio: least z / z_min where geometry holds; None where nothing was judged.
-        lifts: at the last node before ``forward``, per finger, z / z_min of the others at rest.
         nodes_from_start: in the plane, nodes reached from the start without regrasping.
         nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
         cut_short: in the plane, whether there may be more nodes: ``holds`` is not settled then.
@@ -96,7 +95,6 @@ class SetLine:
     backward: InstantLine | None
     stretches: tuple[Stretch, ...] = ()
     ratio: float | None = None
-    lifts: tuple[float | None, ...] = ()
     nodes_from_start: int | None = None
     nodes_to_goal: int | None = None
     cut_short: bool = False
