@@ -23,7 +23,6 @@ from gm_ompl.simulation.timeline import (
     joined,
     progress,
     ramp,
-    stacked,
 )
 from gm_ompl.simulation.transit import TOUCHING, Transit
 
@@ -253,22 +252,36 @@ class _Scheduler:
 
         Fingertips are ``off`` (K, n, 3) where they touch, object frame.
         """
-        assert arrays.keys() <= Timeline.__dataclass_fields__.keys()
         K, hand = len(way), self.hand
         n = len(hand.points)
-        position, rotation = stacked(way)
+        position = np.array([pose.position for pose in way])
+        rotation = np.array([pose.rotation for pose in way])
         touching = hand.points - self.problem.fingers.radius[:, None] * hand.normals
         local = touching + np.broadcast_to(off, (K, n, 3))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]
-        fields = self._unchanged()
-        rows = {"step": self.step, "segment": -1, "z": self.z, "phase": PHASES.index(phase)}
-        shaped = {
-            k: np.broadcast_to(arrays.get(k, v), (K, n)).astype(v.dtype) for k, v in fields.items()
+        unchanged = {
+            "force_share": hand.share,
+            "f_com": hand.f_com,
+            "lean": hand.lean,
+            "least": np.full(n, np.nan),
+            "most": np.full(n, np.nan),
+            "limit": hand.limit,
+            "press": np.zeros(n),
+            "down": hand.down,
+            "landing": np.zeros(n, dtype=bool),
+            "step": np.array(self.step),
+            "segment": np.array(-1),
+            "z": np.array(self.z),
+            "phase": np.array(PHASES.index(phase)),
         }
-        lean = np.broadcast_to(arrays.get("lean", hand.lean), (K, n, 3))
-        flat = {k: np.broadcast_to(arrays.get(k, np.array(v)), (K,)) for k, v in rows.items()}
+        assert arrays.keys() <= unchanged.keys()
+        fields = {
+            name: np.broadcast_to(arrays.get(name, still), (K, *still.shape)).astype(still.dtype)
+            for name, still in unchanged.items()
+        }
+        fields["lean"] = np.einsum("tij,tnj->tni", rotation, fields["lean"])
         self.timelines.append(
             Timeline(
                 dt=self.dt,
@@ -276,24 +289,8 @@ class _Scheduler:
                 rotation=rotation,
                 centre=centre,
                 normal=np.einsum("tij,nj->tni", rotation, hand.normals),
-                lean=np.einsum("tij,tnj->tni", rotation, lean),
                 notes=tuple(self.notes),
-                **shaped,
-                **flat,
+                **fields,
             )
         )
         self.notes.clear()
-
-    def _unchanged(self) -> dict[str, Any]:
-        """Return per field of a Timeline what the fingers (n,) do where nothing else is said."""
-        hand, n = self.hand, len(self.hand.points)
-        return {
-            "force_share": hand.share,
-            "f_com": hand.f_com,
-            "least": np.full(n, np.nan),
-            "most": np.full(n, np.nan),
-            "limit": hand.limit,
-            "press": np.zeros(n),
-            "down": hand.down,
-            "landing": np.zeros(n, dtype=bool),
-        }

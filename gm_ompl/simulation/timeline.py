@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.errors import InputError
-from gm_ompl.geometry.pose import Pose
 
 
 @dataclass(frozen=True)
@@ -217,8 +216,3 @@ def joined(parts: Sequence[Timeline]) -> Timeline:
     }
     notes = tuple(note for part in parts for note in part.notes)
     return Timeline(dt=parts[0].dt, notes=notes, **arrays)
-
-
-def stacked(poses: Sequence[Pose]) -> tuple[Array, Array]:
-    """Return positions (K, 3) and rotations (K, 3, 3)."""
-    return np.array([pose.position for pose in poses]), np.array([pose.rotation for pose in poses])

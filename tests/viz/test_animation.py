@@ -11,7 +11,7 @@ from gm_ompl.plan.assemble import placement_record
 from gm_ompl.plan.model import Plan
 
 
-def test_beats_follow_each_other(regrasp: Plan) -> None:
+def test_segments_follow_each_other(regrasp: Plan) -> None:
     """One segment per segment and per regrasp, in time without gaps, poses without jumps."""
     animation = animate(regrasp)
     wanted = sum(len(s.segments) if s.kind == "displacement" else 1 for s in regrasp.steps)
@@ -70,7 +70,7 @@ def test_a_lifted_finger_never_touches_the_object(name: str, regrasp: Plan) -> N
         assert gaps[len(gaps) // 2] > 1.01 * radius
 
 
-def test_a_plan_without_steps_has_no_beats(infeasible: Plan) -> None:
+def test_a_plan_without_steps_has_no_segments(infeasible: Plan) -> None:
     """There is nothing to tell, and a pose to show."""
     animation = animate(infeasible)
     assert (animation.segments, animation.duration) == ((), 0.0)
