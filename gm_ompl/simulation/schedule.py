@@ -196,8 +196,7 @@ class _Scheduler:
         whole, clear = self._transit().way(i, point, normal)
         corners = whole[1:-1]
         if not clear:
-            text = f"step {self.step}: finger {i} finds no clear way to its new placement"
-            self.notes.append(text)
+            self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new place")
         hand.points[i], hand.normals[i] = point, normal
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         speed = self.pace.transit * self.size
@@ -261,21 +260,7 @@ class _Scheduler:
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]
-        unchanged = {
-            "force_share": hand.share,
-            "f_com": hand.f_com,
-            "lean": hand.lean,
-            "least": np.full(n, np.nan),
-            "most": np.full(n, np.nan),
-            "limit": hand.limit,
-            "press": np.zeros(n),
-            "down": hand.down,
-            "landing": np.zeros(n, dtype=bool),
-            "step": np.array(self.step),
-            "segment": np.array(-1),
-            "z": np.array(self.z),
-            "phase": np.array(PHASES.index(phase)),
-        }
+        unchanged = self._unchanged(phase)
         assert arrays.keys() <= unchanged.keys()
         fields = {
             name: np.broadcast_to(arrays.get(name, still), (K, *still.shape)).astype(still.dtype)
@@ -294,3 +279,22 @@ class _Scheduler:
             )
         )
         self.notes.clear()
+
+    def _unchanged(self, phase: str) -> dict[str, Any]:
+        """Return per field of a Timeline what is so at one instant where nothing else is said."""
+        hand, n = self.hand, len(self.hand.points)
+        return {
+            "force_share": hand.share,
+            "f_com": hand.f_com,
+            "lean": hand.lean,
+            "least": np.full(n, np.nan),
+            "most": np.full(n, np.nan),
+            "limit": hand.limit,
+            "press": np.zeros(n),
+            "down": hand.down,
+            "landing": np.zeros(n, dtype=bool),
+            "step": np.array(self.step),
+            "segment": np.array(-1),
+            "z": np.array(self.z),
+            "phase": np.array(PHASES.index(phase)),
+        }
