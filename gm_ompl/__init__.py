@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from gm_ompl.api import check, explain, judge, load, plan
     from gm_ompl.errors import GmOmplError, InputError
     from gm_ompl.geometry.pose import Pose, Twist
-    from gm_ompl.ompl_setup import plan_from, setup
     from gm_ompl.plan.model import Plan
+    from gm_ompl.planners.ompl.public import plan_from, setup
 
 _HOMES = {
     "GmOmplError": "gm_ompl.errors",
@@ -29,8 +29,8 @@ _HOMES = {
     "judge": "gm_ompl.api",
     "load": "gm_ompl.api",
     "plan": "gm_ompl.api",
-    "plan_from": "gm_ompl.ompl_setup",
-    "setup": "gm_ompl.ompl_setup",
+    "plan_from": "gm_ompl.planners.ompl.public",
+    "setup": "gm_ompl.planners.ompl.public",
 }
 
 __all__ = [

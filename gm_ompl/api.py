@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.errors import InputError
-from gm_ompl.explain.deadline import SECONDS
+from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict

@@ -1,14 +1,21 @@
-"""Files written whole or not at all; devices and pipes, where nothing can be replaced, directly."""
+"""Files written whole or not at all; devices and pipes, where nothing can be replaced, directly.
+
+And values as JSON holds them.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
+from enum import Enum
 from pathlib import Path
+from typing import Any
 
 from gm_ompl.errors import InputError
 
@@ -61,6 +68,23 @@ def write_bytes(path: Path, content: bytes) -> None:
     """
     with whole(path) as part:
         part.write_bytes(content)
+
+
+def plain(value: Any) -> Any:
+    """Return ``value`` as JSON holds it.
+
+    Values of dataclasses become mappings, members of enumerations their names, tuples lists, and
+    numbers that are not finite None.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def is_special(path: Path) -> bool:

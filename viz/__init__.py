@@ -1,5 +1,5 @@
 """Pictures of a plan; installs as ``gm_ompl.viz``.
 
-``story`` turns a plan into a timeline of plain numbers. From it ``scene`` makes meshcat's
+``animation`` turns a plan into a timeline of plain numbers. From it ``scene`` makes meshcat's
 messages, ``page`` one stand-alone HTML file, ``figures`` and ``snapshots`` images by matplotlib.
 """

@@ -1,8 +1,10 @@
-"""What happens along a plan, plotted: normal forces, control modes, z and fingertip travel."""
+"""Forces along a plan, as planned and as an execution measured them, with modes, z and travel."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -10,11 +12,13 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.simulation.balance import balance
+from gm_ompl.simulation.measure import Measurement
+from gm_ompl.simulation.segments import commanded
 
 from . import palette
-from .canvas import COLUMN, new_figure, title
-from .normal_forces import normal_force_ranges
-from .story import Beat, Story
+from .animation import Animation, ShownSegment
+from .canvas import COLUMN, check_suffix, new_figure, save, styled, title
 
 RANGES: Final = 400
 """Ranges of normal force are computed for at most this many segments, evenly chosen."""
@@ -28,10 +32,10 @@ HATCHES: Final = {"P": "", "F": "////"}
 
 @dataclass(frozen=True, eq=False)
 class PlanAxis:
-    """Where each displacement beat lies along the plan.
+    """Where each displacement segment lies along the plan.
 
     Attributes:
-        beats: the displacement beats, in order.
+        segments: the displacement segments, in order.
         start: (b,), where they begin.
         end: (b,), where they end.
         regrasps: per regrasp, its place and its finger.
@@ -39,7 +43,7 @@ class PlanAxis:
         travel: (b + 1, n), how far each fingertip's centre has come; regrasps add nothing.
     """
 
-    beats: tuple[Beat, ...]
+    segments: tuple[ShownSegment, ...]
     start: Array
     end: Array
     regrasps: tuple[tuple[float, int], ...]
@@ -47,44 +51,44 @@ class PlanAxis:
     travel: Array
 
 
-def axis_of(story: Story) -> PlanAxis:
+def axis_of(animation: Animation) -> PlanAxis:
     """Return the axis: s along a path that is never retraced, else displacement steps."""
-    displacements = [step for step in story.plan.steps if step.kind == "displacement"]
-    forward = len(story.problem.motion.names) == 1 and all(
+    displacements = [step for step in animation.plan.steps if step.kind == "displacement"]
+    forward = len(animation.problem.motion.names) == 1 and all(
         step.to[0] >= step.from_[0] for step in displacements
     )
-    beats, start, end, regrasps = [], [], [], []
-    travel = [np.zeros(story.problem.fingers.count)]
+    segments, start, end, regrasps = [], [], [], []
+    travel = [np.zeros(animation.problem.fingers.count)]
     done = 0
-    for beat in story.beats:
-        step = story.plan.steps[beat.step]
+    for segment in animation.segments:
+        step = animation.plan.steps[segment.step]
         if step.kind == "regrasp":
             regrasps.append((step.at[0] if forward else float(done), step.finger))
             continue
-        assert beat.segment is not None
+        assert segment.segment is not None
         low, high = (step.from_[0], step.to[0]) if forward else (float(done), done + 1.0)
         width = (high - low) / len(step.segments)
-        beats.append(beat)
-        start.append(low + beat.segment * width)
-        end.append(low + (beat.segment + 1) * width)
-        travel.append(travel[-1] + _chords(story, beat))
-        done += beat.segment == len(step.segments) - 1
+        segments.append(segment)
+        start.append(low + segment.segment * width)
+        end.append(low + (segment.segment + 1) * width)
+        travel.append(travel[-1] + _chords(animation, segment))
+        done += segment.segment == len(step.segments) - 1
     return PlanAxis(
-        tuple(beats), np.array(start), np.array(end), tuple(regrasps),
-        f"{story.problem.motion.names[0]} along the path" if forward else "displacement steps",
+        tuple(segments), np.array(start), np.array(end), tuple(regrasps),
+        f"{animation.problem.motion.names[0]} along the path" if forward else "displacement steps",
         np.array(travel),
     )  # fmt: skip
 
 
-def _chords(story: Story, beat: Beat) -> Array:
-    """Return how far each fingertip's centre moves in ``beat``, as Eq. (9) measures it."""
-    first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in beat.poses[[0, -1]])
-    centres = np.array([story.centre(i, place) for i, place in enumerate(beat.placements)])
+def _chords(animation: Animation, segment: ShownSegment) -> Array:
+    """Return how far each fingertip's centre moves in ``segment``, as Eq. (9) measures it."""
+    first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in segment.poses[[0, -1]])
+    centres = np.array([animation.centre(i, place) for i, place in enumerate(segment.placements)])
     moved: Array = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
     return moved
 
 
-def forces_figure(story: Story) -> Any:
+def forces_figure(animation: Animation) -> Any:
     """Return the figure of a plan's forces, modes, z and travel, a paper's column wide.
 
     Under force control the commanded force is drawn; under position control, where statics
@@ -93,20 +97,20 @@ def forces_figure(story: Story) -> Any:
     Raises:
         InputError: the plan has no displacement.
     """
-    axis = axis_of(story)
-    if not axis.beats:
+    axis = axis_of(animation)
+    if not axis.segments:
         raise InputError("the plan has no displacement steps: there is nothing to plot")
-    n = story.problem.fingers.count
+    n = animation.problem.fingers.count
     heights = [0.8] * n + [0.22 * n + 0.1, 1.0, 0.8]
     figure = new_figure(COLUMN, 0.7 + sum(heights))
     axes = figure.subplots(n + 3, 1, sharex=True, height_ratios=heights)
-    figure.suptitle(title(story.name, 48), fontsize=8, parse_math=False)
-    ranges = _ranges(story, axis)
+    figure.suptitle(title(animation.name, 48), fontsize=8, parse_math=False)
+    ranges = _ranges(animation, axis)
     for i in range(n):
-        _force(axes[i], story, axis, i, ranges[:, i])
+        _force(axes[i], animation, axis, i, ranges[:, i])
     _modes(axes[n], axis, n)
-    _stability(axes[n + 1], story, axis)
-    _travel(axes[n + 2], story, axis)
+    _stability(axes[n + 1], animation, axis)
+    _travel(axes[n + 2], animation, axis)
     for ax in axes:
         for x, _ in axis.regrasps:
             ax.axvline(x, color="0.35", linewidth=0.8, linestyle=(0, (4, 2)))
@@ -121,32 +125,35 @@ def forces_figure(story: Story) -> Any:
     return figure
 
 
-def _ranges(story: Story, axis: PlanAxis) -> Array:
+def _ranges(animation: Animation, axis: PlanAxis) -> Array:
     """Return the ranges of normal force (b, n, 2); NaN where they were not computed."""
-    count = len(axis.beats)
-    ranges = np.full((count, story.problem.fingers.count, 2), np.nan)
+    count = len(axis.segments)
+    ranges = np.full((count, animation.problem.fingers.count, 2), np.nan)
     for k in np.unique(np.linspace(0, count - 1, min(count, RANGES)).round().astype(int)):
-        if "P" in axis.beats[k].modes:
-            ranges[k] = normal_force_ranges(story, axis.beats[k])
+        segment = axis.segments[k]
+        if "P" in segment.modes:
+            told = commanded(segment.record)
+            found = balance(animation.problem, segment.middle, segment.placements, *told)
+            ranges[k] = np.stack([found.least, found.most], axis=1)
     return ranges
 
 
 def _edges(axis: PlanAxis, values: Array) -> tuple[Array, Array]:
-    """Return a step curve's corners: each value from its beat's start to its end."""
+    """Return a step curve's corners: each value from its segment's start to its end."""
     x = np.stack([axis.start, axis.end], axis=1).ravel()
     return x, np.repeat(values, 2)
 
 
-def _force(ax: Any, story: Story, axis: PlanAxis, i: int, ranges: Array) -> None:
-    limit = float(story.problem.fingers.max_normal_force[i])
-    force = np.array([np.nan if b.f_com[i] is None else b.f_com[i] for b in axis.beats], float)
-    position = np.array([b.modes[i] == "P" for b in axis.beats])
+def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array) -> None:
+    limit = float(animation.problem.fingers.max_normal_force[i])
+    force = np.array([segment.record.f_com[i] for segment in axis.segments], dtype=float)
+    position = np.array([b.modes[i] == "P" for b in axis.segments])
     known = position & ~np.isnan(ranges).any(axis=1)
     blue, orange = palette.css(palette.POSITION), palette.css(palette.FORCE)
     if known.any():
-        thin = len(axis.beats) > RANGES
-        rows = np.flatnonzero(known) if thin else np.arange(len(axis.beats))
-        part = PlanAxis(axis.beats, axis.start[rows], axis.end[rows], (), "", axis.travel)
+        thin = len(axis.segments) > RANGES
+        rows = np.flatnonzero(known) if thin else np.arange(len(axis.segments))
+        part = PlanAxis(axis.segments, axis.start[rows], axis.end[rows], (), "", axis.travel)
         bounds = np.where(known[rows, None], ranges[rows], np.nan)
         x, low = _edges(part, bounds[:, 0])
         _, high = _edges(part, bounds[:, 1])
@@ -156,7 +163,7 @@ def _force(ax: Any, story: Story, axis: PlanAxis, i: int, ranges: Array) -> None
     ax.axhline(limit, color="0.3", linewidth=0.7, linestyle=":", label="limit")
     ax.set_ylabel(f"normal force\nfinger {i}")
     ax.set_ylim(-0.05 * limit if limit else -0.05, 1.15 * limit if limit else 1.0)
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+    _legend(ax)
 
 
 def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
@@ -165,12 +172,10 @@ def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
     names = {"P": "position", "F": "force"}
     seen: set[str] = set()
     for i in range(n):
-        k = 0
-        while k < len(axis.beats):
-            mode, first = axis.beats[k].modes[i], k
-            while k < len(axis.beats) and axis.beats[k].modes[i] == mode:
-                k += 1
-            low, high = axis.start[first:k].min(), axis.end[first:k].max()
+        modes = [segment.modes[i] for segment in axis.segments]
+        for mode, group in groupby(range(len(modes)), key=modes.__getitem__):
+            rows = list(group)
+            low, high = axis.start[rows].min(), axis.end[rows].max()
             ax.barh(
                 i, high - low, left=low, height=0.62, color=colours[mode], hatch=HATCHES[mode],
                 edgecolor="white", linewidth=0.0, label="" if mode in seen else names[mode],
@@ -179,12 +184,12 @@ def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
     ax.set_yticks(range(n), [str(i) for i in range(n)])
     ax.set_ylim(n - 0.5, -0.5)
     ax.set_ylabel("mode of\nfinger")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+    _legend(ax)
 
 
-def _stability(ax: Any, story: Story, axis: PlanAxis) -> None:
-    z = np.array([beat.z for beat in axis.beats])
-    threshold = story.problem.mechanics.z_min
+def _stability(ax: Any, animation: Animation, axis: PlanAxis) -> None:
+    z = np.array([segment.record.z for segment in axis.segments])
+    threshold = animation.problem.mechanics.z_min
     ax.plot(*_edges(axis, z), color=palette.css(palette.MARGIN), label="z")
     ax.axhline(threshold, color="#b00000", linewidth=0.8, linestyle="--", label="z_min")
     if threshold > 0 and z.min() > 0 and z.max() > LOGARITHMIC * threshold:
@@ -192,15 +197,58 @@ def _stability(ax: Any, story: Story, axis: PlanAxis) -> None:
     else:
         ax.set_ylim(bottom=min(0.0, float(z.min())))
     ax.set_ylabel("stability z")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.2)
+    _legend(ax)
 
 
-def _travel(ax: Any, story: Story, axis: PlanAxis) -> None:
+def _travel(ax: Any, animation: Animation, axis: PlanAxis) -> None:
     ends = axis.travel[1:]
-    for i in range(story.problem.fingers.count):
+    for i in range(animation.problem.fingers.count):
         x = np.append(axis.start[:1], axis.end)
         y = np.append([0.0], ends[:, i])
         ax.plot(x, y, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
     ax.set_ylabel("fingertip\ntravel")
     ax.set_ylim(bottom=0.0)
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.6)
+    _legend(ax)
+
+
+def _legend(ax: Any) -> None:
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
+
+
+def draw_execution(measured: Measurement, path: Path) -> None:
+    """Draw what an execution measured.
+
+    Args:
+        measured: what happened.
+        path: the file; its suffix names the format.
+
+    Raises:
+        InputError: another kind of file.
+        MissingExtraError: matplotlib is not installed.
+    """
+    check_suffix(path)
+    line, rows = measured.timeline, measured.rows
+    time, n = line.time[rows], line.fingers
+    with styled():
+        figure = new_figure(2.0 * COLUMN, 1.4 * (n + 1))
+        axes = figure.subplots(n + 1, 1, sharex=True, squeeze=False)[:, 0]
+        for i, axis in enumerate(axes[:n]):
+            share = line.force_share[rows, i]
+            asked = np.where(share >= 1.0, line.f_com[rows, i], np.nan)
+            axis.fill_between(
+                time, line.least[rows, i], line.most[rows, i], where=share <= 0.0,
+                color="tab:blue", alpha=0.15, linewidth=0, label="statical range",
+            )  # fmt: skip
+            axis.plot(time, measured.averaged(i), color="tab:blue", label="measured, 50 ms")
+            axis.plot(time, asked, "k--", linewidth=1, label="commanded")
+            axis.set_ylim(0, 1.15 * float(measured.problem.fingers.max_normal_force[i]))
+            axis.set_ylabel(f"finger {i}: normal force")
+            axis.legend(loc="lower right", ncols=3)
+        size = measured.problem.body.diagonal
+        axes[n].plot(time, 100 * measured.position_error() / size, label="position [% of D]")
+        axes[n].plot(time, measured.angle_error(), label="angle [deg]")
+        axes[n].set_ylabel("object's error")
+        axes[n].set_xlabel("time [s]")
+        axes[n].legend(loc="lower right", ncols=2)
+        figure.suptitle(measured.problem.name)
+        save(figure, path)

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import HalfspaceIntersection
 
 from gm_ompl.arrays import Array, unit
-from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import ConvexPiece, hull
 
-from .story import Story
+from .animation import Animation
 
 MARGIN: Final = 0.35
 """Room around everything that moves, in D."""
@@ -43,16 +44,16 @@ class View:
         return float(np.linalg.norm(self.high - self.low))
 
 
-def neighbourhood(story: Story) -> View:
+def neighbourhood(animation: Animation) -> View:
     """Return the region that the object and its fingertips sweep, and a margin."""
-    problem = story.problem
-    first = story.beats[0].poses[0] if story.beats else story.rest_pose()
+    problem = animation.problem
+    first = animation.segments[0].poses[0] if animation.segments else animation.rest_pose()
     points = [_pose(first).apply(problem.body.vertices)]
-    for beat in story.beats:  # without gaps: each begins where the one before ends
-        pose = _pose(beat.poses[-1])
+    for segment in animation.segments:  # without gaps: each begins where the one before ends
+        pose = _pose(segment.poses[-1])
         points.append(pose.apply(problem.body.vertices))
-        for i, place in enumerate(beat.placements):
-            centre, radius = story.centre(i, place), float(problem.fingers.radius[i])
+        for i, place in enumerate(segment.placements):
+            centre, radius = animation.centre(i, place), float(problem.fingers.radius[i])
             tip = pose.apply(centre)
             points.append(np.array([tip - radius, tip + radius]))
     every = np.concatenate(points)
@@ -68,45 +69,20 @@ def _pose(row: Array) -> Pose:
 
 
 def clipped(piece: ConvexPiece, region: View) -> ConvexPiece | None:
-    """Return the part of ``piece`` inside ``region``; None where they do not overlap.
-
-    A corner of the part is either on a clipped face of the piece or a corner of the region.
-    """
-    corners = np.array(np.meshgrid(*zip(region.low, region.high, strict=True))).reshape(3, -1).T
-    inside = (corners @ piece.face_normals.T <= piece.face_offsets).all(axis=1)
-    points = [corners[inside]]
-    points += [_cut(piece.vertices[list(face)], region) for face in piece.faces]
-    cloud = np.concatenate(points)
-    if len(cloud) < 4 or (np.ptp(cloud, axis=0) <= 1e-9 * region.diagonal).any():
+    """Return the part of ``piece`` inside ``region``; None where they do not overlap."""
+    normals = np.vstack([piece.face_normals, np.eye(3), -np.eye(3)])
+    offsets = np.concatenate([piece.face_offsets, region.high, -region.low])
+    # The largest ball inside both; its middle is what the intersection is found from.
+    ball = linprog(
+        [0.0, 0.0, 0.0, -1.0],
+        np.column_stack([normals, np.ones(len(normals))]),
+        offsets,
+        bounds=[(None, None)] * 3 + [(0.0, None)],
+    )
+    if not ball.success or ball.x[3] <= 1e-9 * region.diagonal:
         return None
-    middle = cloud.mean(axis=0)
-    try:
-        return hull(cloud) if np.isfinite(middle).all() else None
-    except GeometryError:
-        return None
-
-
-def _cut(polygon: Array, region: View) -> Array:
-    """Return the polygon (k, 3) cut to the region, half space by half space."""
-    for axis in range(3):
-        for sign, limit in ((1.0, region.high[axis]), (-1.0, -region.low[axis])):
-            polygon = _half(polygon, sign * polygon[:, axis] - limit)
-            if not len(polygon):
-                return polygon
-    return polygon
-
-
-def _half(polygon: Array, height: Array) -> Array:
-    """Return the part of the polygon where ``height`` (k,) is not positive."""
-    kept: list[Array] = []
-    for k in range(len(polygon)):
-        a, b = polygon[k - 1], polygon[k]
-        ha, hb = float(height[k - 1]), float(height[k])
-        if (ha > 0) != (hb > 0):
-            kept.append(a + (b - a) * (ha / (ha - hb)))
-        if hb <= 0:
-            kept.append(b)
-    return np.array(kept).reshape(-1, 3)
+    planes = np.column_stack([normals, -offsets])
+    return hull(HalfspaceIntersection(planes, ball.x[:3]).intersections)
 
 
 def triangles_of(faces: tuple[tuple[int, ...], ...], corners: Array) -> Array:
@@ -127,16 +103,18 @@ def edges_of(faces: tuple[tuple[int, ...], ...], corners: Array) -> Array:
     return edges
 
 
-def viewpoint(story: Story, elevation: float = 24.0) -> Array:
+def viewpoint(animation: Animation, elevation: float = 24.0) -> Array:
     """Return the unit vector (3,) towards the viewer.
 
     Of sixteen directions round the vertical: the one with fewest obstacles in front of the
     object, and of these the one that sees the motion most from its side.
     """
-    first, last = (story.beats[k].poses[k][:3] if story.beats else np.zeros(3) for k in (0, -1))
+    first, last = (
+        animation.segments[k].poses[k][:3] if animation.segments else np.zeros(3) for k in (0, -1)
+    )
     travel = last - first
     heading = np.arctan2(travel[1], travel[0]) if np.hypot(*travel[:2]) > 0 else 0.0
-    middle = 0.5 * (first + last) if story.beats else story.rest_pose()[:3]
+    middle = 0.5 * (first + last) if animation.segments else animation.rest_pose()[:3]
     side = heading - np.pi / 2 + np.deg2rad(28.0)  # a little from ahead: three faces are seen
     best, least = unit([1.0, -1.0, 1.0]), np.inf
     for k in range(16):
@@ -146,18 +124,18 @@ def viewpoint(story: Story, elevation: float = 24.0) -> Array:
             [np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]
         )
         turned = min(k, 16 - k) / 16
-        hidden = _hiding(story, middle, direction)
+        hidden = _hiding(animation, middle, direction)
         if hidden + turned < least:
             best, least = direction, hidden + turned
     return best
 
 
-def _hiding(story: Story, middle: Array, direction: Array) -> int:
+def _hiding(animation: Animation, middle: Array, direction: Array) -> int:
     """Return how many obstacle pieces stand between the viewer and ``middle``."""
-    steps = np.linspace(0.0, 4.0 * story.problem.body.diagonal, 60)[:, None]
+    steps = np.linspace(0.0, 4.0 * animation.problem.body.diagonal, 60)[:, None]
     ray = middle + steps * direction
     return sum(
         bool((ray @ piece.face_normals.T < piece.face_offsets).all(axis=1).any())
-        for obstacle in story.problem.environment.obstacles
+        for obstacle in animation.problem.environment.obstacles
         for piece in obstacle.body.pieces
     )

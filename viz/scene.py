@@ -22,8 +22,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 from . import palette
+from .animation import Animation
 from .region import View, clipped, edges_of, neighbourhood, triangles_of, viewpoint
-from .story import Story
 
 with warnings.catch_warnings():
     # meshcat's server, unused here, imports a deprecated part of pyzmq.
@@ -84,9 +84,9 @@ def viewer_script() -> str:
     return path.read_text(encoding="utf-8")
 
 
-def scene_messages(story: Story) -> SceneMessages:
-    """Return the scene of ``story``, nothing yet posed but what never moves."""
-    region = neighbourhood(story)
+def scene_messages(animation: Animation) -> SceneMessages:
+    """Return the scene of ``animation``, nothing yet posed but what never moves."""
+    region = neighbourhood(animation)
     recorder = Recorder()
     view = meshcat.Visualizer(window=recorder)
     scale = VIEW_SIZE / region.diagonal
@@ -96,16 +96,16 @@ def scene_messages(story: Story) -> SceneMessages:
         view[helper].set_property("visible", False)
     view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
     view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
-    _surroundings(world, story, region)
-    _body(world["object"], story.problem.body)
-    diagonal = story.problem.body.diagonal
-    slots = max((len(beat.contacts.points) for beat in story.beats), default=0)
+    _surroundings(world, animation, region)
+    _body(world["object"], animation.problem.body)
+    diagonal = animation.problem.body.diagonal
+    slots = max((len(segment.contacts.points) for segment in animation.segments), default=0)
     for k in range(slots):
         _contact_marker(world[f"object/contact{k}"], diagonal)
     arrow = ARROW * diagonal
-    for i, radius in enumerate(story.problem.fingers.radius.tolist()):
+    for i, radius in enumerate(animation.problem.fingers.radius.tolist()):
         _fingertip(world[f"object/finger{i}"], radius, diagonal)
-    _camera(view, story)
+    _camera(view, animation)
     return SceneMessages(tuple(recorder.messages), scale, region.centre, arrow, slots)
 
 
@@ -119,8 +119,8 @@ def _translation(offset: Any) -> Array:
     return _similarity(1.0, np.asarray(offset))
 
 
-def _surroundings(world: Any, story: Story, region: View) -> None:
-    if story.problem.environment.floor:
+def _surroundings(world: Any, animation: Animation, region: View) -> None:
+    if animation.problem.environment.floor:
         size = region.high - region.low
         thickness = 0.01 * region.diagonal
         slab = [float(size[0]), float(size[1]), thickness]
@@ -128,7 +128,7 @@ def _surroundings(world: Any, story: Story, region: View) -> None:
         node.set_object(g.Box(slab), g.MeshLambertMaterial(color=palette.FLOOR))
         node.set_transform(_translation([*region.centre[:2], -0.6 * thickness]))
     number = 0
-    for obstacle in story.problem.environment.obstacles:
+    for obstacle in animation.problem.environment.obstacles:
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             if part is not None:
@@ -230,8 +230,8 @@ _CORNERS: Final = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in
 _CUBE: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6))
 
 
-def _camera(view: Any, story: Story) -> None:
-    direction = viewpoint(story)
+def _camera(view: Any, animation: Animation) -> None:
+    direction = viewpoint(animation)
     distance = 0.5 * VIEW_SIZE / np.tan(np.deg2rad(0.5 * FIELD_OF_VIEW))
     x, y, z = distance * direction
     camera = view["/Cameras/default/rotated/<object>"]

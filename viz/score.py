@@ -1,4 +1,4 @@
-"""The story as the plain values that the page's script plays from."""
+"""The animation as the plain values that the page's script plays from."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.state import ContactState
 from gm_ompl.plan.model import PlacementRecord
 
+from .animation import Animation, ShownSegment
 from .scene import SceneMessages
-from .story import Beat, Story
 
 DIGITS: Final = 12
 """Significant digits of lengths and quaternions."""
@@ -21,29 +21,31 @@ PER_THRESHOLD: Final = 20.0
 """The gauge of z ends at most at this many times z_min."""
 
 
-def score(story: Story, scene: SceneMessages) -> dict[str, Any]:
+def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
     """Return what the page needs beside the scene's messages: JSON's types only.
 
-    ``beats`` are rows: start, end, step, first pose, number of poses, modes, f_com, z, row of
+    ``segments`` are rows: start, end, step, first pose, number of poses, modes, f_com, z, row of
     ``hands`` (each finger's row of ``places``), row of ``contacts``, lifted finger or -1, row of
     ``places`` it moves to or -1, row of ``paths`` or -1.
     """
-    problem = story.problem
-    tables = _Tables(story)
-    beats = [tables.row(beat) for beat in story.beats]
-    poses = [row for beat in story.beats for row in beat.poses] or [story.rest_pose()]
+    problem = animation.problem
+    tables = _Tables(animation)
+    segments = [tables.row(segment) for segment in animation.segments]
+    poses = [row for segment in animation.segments for row in segment.poses] or [
+        animation.rest_pose()
+    ]
     return {
-        "duration": story.duration,
+        "duration": animation.duration,
         "scale": scene.scale,
         "centre": numbers(scene.centre),
         "arrow": scene.arrow,
         "slots": scene.slots,
         "fMax": problem.fingers.max_normal_force.tolist(),
         "zMin": problem.mechanics.z_min,
-        "zTop": z_top(story),
+        "zTop": z_top(animation),
         "names": list(problem.motion.names),
-        "steps": _steps(story),
-        "beats": beats,
+        "steps": _steps(animation),
+        "segments": segments,
         "poses": [numbers(row) for row in poses],
         "places": tables.places,
         "hands": tables.hands,
@@ -53,22 +55,22 @@ def score(story: Story, scene: SceneMessages) -> dict[str, Any]:
     }
 
 
-def z_top(story: Story) -> float:
+def z_top(animation: Animation) -> float:
     """Return the value of z at the end of its gauge and axis."""
-    found = [beat.z for beat in story.beats]
+    found = [segment.record.z for segment in animation.segments]
     if not found:
         return 1.0
-    threshold = story.problem.mechanics.z_min
+    threshold = animation.problem.mechanics.z_min
     most = max(found)
     if threshold > 0:
         most = min(most, max(PER_THRESHOLD * threshold, 1.5 * float(np.median(found))))
     return 1.08 * max(most, threshold) or 1.0
 
 
-def _steps(story: Story) -> list[dict[str, Any]]:
+def _steps(animation: Animation) -> list[dict[str, Any]]:
     """Return what can be read of each step; ``spent`` is the cost up to its end."""
     rows, spent = [], 0.0
-    for start, step in zip(story.step_starts, story.plan.steps, strict=True):
+    for start, step in zip(animation.step_starts, animation.plan.steps, strict=True):
         ends = (step.at, step.at) if step.kind == "regrasp" else (step.from_, step.to)
         spent += step.cost
         rows.append({
@@ -81,8 +83,8 @@ def _steps(story: Story) -> list[dict[str, Any]]:
 class _Tables:
     """Placements, contact states and paths, each stored once."""
 
-    def __init__(self, story: Story) -> None:
-        self._story = story
+    def __init__(self, animation: Animation) -> None:
+        self._animation = animation
         self.places: list[dict[str, Any]] = []
         self.hands: list[list[int]] = []
         self.contacts: list[list[list[float]]] = []
@@ -90,25 +92,26 @@ class _Tables:
         self._known: dict[object, int] = {}
         self._poses = 0
 
-    def row(self, beat: Beat) -> list[Any]:
-        """Return ``beat`` as one row."""
-        places = [self._place(i, place) for i, place in enumerate(beat.placements)]
+    def row(self, segment: ShownSegment) -> list[Any]:
+        """Return ``segment`` as one row."""
+        places = [self._place(i, place) for i, place in enumerate(segment.placements)]
         target, path = -1, -1
-        if beat.lifted is not None and beat.target is not None:
-            target = self._place(beat.lifted, beat.target)
-            self.paths.append([numbers(p) for p in beat.path])
+        moved = segment.regrasp
+        if moved is not None:
+            target = self._place(moved.finger, moved.to)
+            self.paths.append([numbers(p) for p in segment.path])
             path = len(self.paths) - 1
         first = self._poses
-        self._poses += len(beat.poses)
+        self._poses += len(segment.poses)
         return [
-            beat.start, beat.end, beat.step, first, len(beat.poses), beat.modes,
-            list(beat.f_com), beat.z, self._once(self.hands, places),
-            self._once(self.contacts, self._markers(beat.contacts)),
-            -1 if beat.lifted is None else beat.lifted, target, path,
+            segment.start, segment.end, segment.step, first, len(segment.poses), segment.modes,
+            list(segment.record.f_com), segment.record.z, self._once(self.hands, places),
+            self._once(self.contacts, self._markers(segment.contacts)),
+            -1 if moved is None else moved.finger, target, path,
         ]  # fmt: skip
 
     def _place(self, finger: int, place: PlacementRecord) -> int:
-        centre = self._story.centre(finger, place)
+        centre = self._animation.centre(finger, place)
         return self._once(
             self.places,
             {
@@ -119,7 +122,7 @@ class _Tables:
         )
 
     def _markers(self, contacts: ContactState) -> list[list[float]]:
-        step = 1e-6 * self._story.problem.body.diagonal
+        step = 1e-6 * self._animation.problem.body.diagonal
         points = np.round(contacts.points / step) * step
         sliding = [bool(slip.any()) for slip in contacts.slip]
         return [[*numbers(p), int(s)] for p, s in zip(points, sliding, strict=True)]

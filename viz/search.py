@@ -11,25 +11,25 @@ from gm_ompl.errors import InputError
 from gm_ompl.graph.sets import PlacementSets
 from gm_ompl.planners.trace_file import Told
 
+from .animation import Animation
 from .canvas import COLUMN, new_figure, title
-from .story import Story
 
 MARKERS: Final = ("o", "x", "^", "s", "+", "v", "d", "*")
 """One per reason of an expansion; reasons beyond the last share it."""
 
 
-def search_figure(story: Story, trace: Told | None) -> Any:
-    """Return the figure of the search that found ``story.plan``.
+def search_figure(animation: Animation, trace: Told | None) -> Any:
+    """Return the figure of the search that found ``animation.plan``.
 
     Args:
-        story: the plan.
+        animation: the plan.
         trace: of the same search; without one, bound and cost come from the plan's statistics.
 
     Raises:
         InputError: neither knows anything of the search.
     """
-    told = trace or Told({"planner": story.plan.planner}, ())
-    history = told.history or story.plan.statistics.history
+    told = trace or Told({"planner": animation.plan.planner}, ())
+    history = told.history or animation.plan.statistics.history
     extra = bool(told.expansions) + bool(told.vertices)
     if not history and not extra:
         raise InputError("the plan keeps no history of its search; plan it again with --trace FILE")
@@ -37,13 +37,13 @@ def search_figure(story: Story, trace: Told | None) -> Any:
     axes = list(
         figure.subplots(1 + extra, 1, squeeze=False, height_ratios=[1.6] + [2.2] * extra)[:, 0]
     )
-    name = f"{story.name} \u2013 {told.header.get('planner', story.plan.planner)}"
+    name = f"{animation.name} \u2013 {told.header.get('planner', animation.plan.planner)}"
     figure.suptitle(title(name, 48), fontsize=8, parse_math=False)
     _bounds(axes.pop(0), history)
     if told.expansions:
-        _expansions(axes.pop(0), story, told)
+        _expansions(axes.pop(0), animation, told)
     if told.vertices:
-        _tree(axes.pop(0), story, told.vertices)
+        _tree(axes.pop(0), animation, told.vertices)
     return figure
 
 
@@ -65,7 +65,7 @@ def _bounds(ax: Any, history: tuple[tuple[float, float | None, float | None], ..
         ax.legend(frameon=False)
 
 
-def _expansions(ax: Any, story: Story, trace: Told) -> None:
+def _expansions(ax: Any, animation: Animation, trace: Told) -> None:
     """Draw what was expanded: where, at which bound, when (shade) and why (marker)."""
     rows = trace.expansions
     q = np.array([row["q"][0] for row in rows])
@@ -79,9 +79,11 @@ def _expansions(ax: Any, story: Story, trace: Told) -> None:
             marker=MARKERS[min(k, len(MARKERS) - 1)], linewidths=0.6, label=title(why, 24),
             rasterized=len(rows) > 5000,
         )  # fmt: skip
-    if story.plan.cost is not None:
-        ax.axhline(story.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan")
-    ax.set_xlabel(f"{story.problem.motion.names[0]} (light: early, dark: late)")
+    if animation.plan.cost is not None:
+        ax.axhline(
+            animation.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan"
+        )
+    ax.set_xlabel(f"{animation.problem.motion.names[0]} (light: early, dark: late)")
     ax.set_ylabel("bound when expanded")
     for handle in _legend_above(ax).legend_handles:
         if hasattr(handle, "set_array"):  # the reasons differ by marker, not by shade
@@ -92,8 +94,8 @@ def _expansions(ax: Any, story: Story, trace: Told) -> None:
 class _Sets:
     """Numbers sets of placements as they are met; interchangeable fingers are not told apart."""
 
-    def __init__(self, story: Story) -> None:
-        self._hand = story.problem.fingers
+    def __init__(self, animation: Animation) -> None:
+        self._hand = animation.problem.fingers
         self._sets = PlacementSets(self._hand.groups())
         self._rows: dict[tuple[int, ...], int] = {}
 
@@ -109,10 +111,10 @@ class _Sets:
         return self.row(tuple(-1 if row is None else row for row in rows))
 
 
-def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> None:
+def _tree(ax: Any, animation: Animation, vertices: Mapping[int, Mapping[str, Any]]) -> None:
     """Draw the trees over the object's coordinates: x and y, or s and sets of placements."""
-    flat = len(story.problem.motion.names) > 1
-    sets = _Sets(story)
+    flat = len(animation.problem.motion.names) > 1
+    sets = _Sets(animation)
     place = {
         number: (row["q"][0], row["q"][1] if flat else sets.row(row["placements"]))
         for number, row in vertices.items()
@@ -126,12 +128,12 @@ def _tree(ax: Any, story: Story, vertices: Mapping[int, Mapping[str, Any]]) -> N
             *zip(*regrasps, strict=True), s=9.0, facecolors="none", edgecolors="#d55e00",
             linewidths=0.6, label="after a regrasp",
         )  # fmt: skip
-    steps = [step for step in story.plan.steps if step.kind == "displacement"]
+    steps = [step for step in animation.plan.steps if step.kind == "displacement"]
     if steps:
         ends = [(q, step.placements) for step in steps for q in (step.from_, step.to)]
         way = np.array([(q[0], q[1] if flat else sets.row_of(places)) for q, places in ends])
         ax.plot(way[:, 0], way[:, 1], color="0.75", linewidth=3.0, zorder=0.5, label="plan")
-    names = story.problem.motion.names
+    names = animation.problem.motion.names
     ax.set_xlabel(names[0])
     ax.set_ylabel(names[1] if flat else "set of placements, as met")
     if not flat:

@@ -14,9 +14,9 @@ from gm_ompl.arrays import Array, unit
 from gm_ompl.geometry.pose import Pose
 
 from . import palette
+from .animation import Animation, ShownSegment
 from .canvas import new_figure, title
 from .region import View, clipped, neighbourhood, viewpoint
-from .story import Beat, Story
 
 MOST: Final = 12
 """At most this many moments are drawn; of more regrasps the first are shown."""
@@ -32,36 +32,36 @@ LIGHT: Final = unit([0.4, -0.5, 0.8])
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class Picture:
     """One picture.
 
     Attributes:
         caption: what it shows.
-        beat: the beat whose fingers, modes and forces are drawn; None without a plan.
+        segment: the segment whose fingers, modes and forces are drawn; None without a plan.
         pose: (7,), of the object.
     """
 
     caption: str
-    beat: Beat | None
+    segment: ShownSegment | None
     pose: Array
 
 
-def moments(story: Story) -> list[Moment]:
+def pictures(animation: Animation) -> list[Picture]:
     """Return start, before and after each regrasp, and goal."""
-    if not story.beats:
-        return [Moment("start", None, story.rest_pose())]
-    found = [Moment("start", story.beats[0], story.beats[0].poses[0])]
+    if not animation.segments:
+        return [Picture("start", None, animation.rest_pose())]
+    found = [Picture("start", animation.segments[0], animation.segments[0].poses[0])]
     regrasp = 0
-    for k, beat in enumerate(story.beats):
-        if not beat.regrasp:
+    for k, segment in enumerate(animation.segments):
+        if not segment.regrasp:
             continue
         regrasp += 1
-        before = next((b for b in story.beats[k::-1] if not b.regrasp), beat)
-        after = next((b for b in story.beats[k:] if not b.regrasp), beat)
-        found.append(Moment(f"before regrasp {regrasp}", before, beat.poses[0]))
-        found.append(Moment(f"after regrasp {regrasp}", after, beat.poses[0]))
-    last = story.beats[-1]
-    return [*found[: MOST - 1], Moment("goal", last, last.poses[-1])]
+        before = next((b for b in animation.segments[k::-1] if not b.regrasp), segment)
+        after = next((b for b in animation.segments[k:] if not b.regrasp), segment)
+        found.append(Picture(f"before regrasp {regrasp}", before, segment.poses[0]))
+        found.append(Picture(f"after regrasp {regrasp}", after, segment.poses[0]))
+    last = animation.segments[-1]
+    return [*found[: MOST - 1], Picture("goal", last, last.poses[-1])]
 
 
 class Projection:
@@ -86,23 +86,23 @@ class Projection:
         return float(points.mean(axis=0) @ self.direction)
 
 
-def snapshots_figure(story: Story) -> Any:
+def snapshots_figure(animation: Animation) -> Any:
     """Return the figure of a plan's decisive moments."""
     from matplotlib.lines import Line2D
 
-    shown = moments(story)
+    shown = pictures(animation)
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
-    view, region = Projection(viewpoint(story)), neighbourhood(story)
+    view, region = Projection(viewpoint(animation)), neighbourhood(animation)
     corners = np.array(np.meshgrid(*zip(region.low, region.high, strict=True))).reshape(3, -1).T
     frame = view.flat(corners)
     width, height = np.ptp(frame, axis=0)
     figure = new_figure(CELL * columns, (CELL * height / width + 0.22) * rows + 0.5)
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    figure.suptitle(title(story.name, 24 * columns), fontsize=8, parse_math=False)
-    for ax, moment in zip(axes, shown, strict=False):
-        _draw(ax, story, view, region, moment)
-        ax.set_title(moment.caption, fontsize=7)
+    figure.suptitle(title(animation.name, 24 * columns), fontsize=8, parse_math=False)
+    for ax, picture in zip(axes, shown, strict=False):
+        _Painter(ax, animation, view, region).draw(picture)
+        ax.set_title(picture.caption, fontsize=7)
         ax.set_xlim(frame[:, 0].min(), frame[:, 0].max())
         ax.set_ylim(frame[:, 1].min(), frame[:, 1].max())
     for ax in axes:
@@ -119,112 +119,105 @@ def snapshots_figure(story: Story) -> Any:
     return figure
 
 
-def _draw(ax: Any, story: Story, view: Projection, region: View, moment: Moment) -> None:
-    pose = Pose.from_quaternion(moment.pose[:3], moment.pose[3:])
-    depth = view.depth(pose.position[None])
-    _environment(ax, story, view, region, depth, behind=True)
-    beat = moment.beat
-    tips = [] if beat is None else list(range(len(beat.placements)))
-    if beat is not None:
-        outward = {i: -pose.rotation @ np.asarray(beat.placements[i].normal) for i in tips}
-        for i in tips:
-            if outward[i] @ view.direction <= 0:
-                _tip(ax, story, view, pose, beat, i)
-    _object(ax, story, view, pose)
-    if beat is not None:
-        for i in tips:
-            hidden = outward[i] @ view.direction <= 0
-            (_outline if hidden else _tip)(ax, story, view, pose, beat, i)
-    _environment(ax, story, view, region, depth, behind=False)
+class _Painter:
+    """Draws one picture back to front; matplotlib is loaded when it is made."""
 
+    def __init__(self, ax: Any, animation: Animation, view: Projection, region: View) -> None:
+        from matplotlib import patches
 
-def _environment(
-    ax: Any, story: Story, view: Projection, region: View, depth: float, behind: bool
-) -> None:
-    """Draw the floor and the obstacles behind the object, or the obstacles before it."""
-    if behind and story.problem.environment.floor:
-        (x, y, _), (X, Y, _) = region.low, region.high
-        floor = np.array([[x, y, 0.0], [X, y, 0.0], [X, Y, 0.0], [x, Y, 0.0]])
-        _polygon(ax, view, floor, palette.css(palette.FLOOR), 1.0)
-    for obstacle in story.problem.environment.obstacles:
-        for piece in obstacle.body.pieces:
-            part = clipped(piece, region)
-            if part is None or (view.depth(part.vertices) <= depth) != behind:
-                continue
-            faces = [part.vertices[list(face)] for face in part.faces]
-            for face in sorted(faces, key=view.depth):
-                _polygon(ax, view, face, palette.css(palette.OBSTACLE), 0.16)
+        self._ax, self._patches, self._view, self._region = ax, patches, view, region
+        self._animation, self._problem = animation, animation.problem
 
+    def draw(self, picture: Picture) -> None:
+        """Draw the floor, then what is behind the object, the object, and what is before it."""
+        pose = Pose.from_quaternion(picture.pose[:3], picture.pose[3:])
+        depth = self._view.depth(pose.position[None])
+        self._environment(depth, behind=True)
+        shown = picture.segment
+        tips = [] if shown is None else list(enumerate(shown.placements))
+        hidden = {
+            i: -(pose.rotation @ np.asarray(place.normal)) @ self._view.direction <= 0
+            for i, place in tips
+        }
+        for i in hidden:
+            if shown is not None and hidden[i]:
+                self._tip(pose, shown, i)
+        self._object(pose)
+        for i in hidden:
+            if shown is not None:
+                self._tip(pose, shown, i, outline=hidden[i])
+        self._environment(depth, behind=False)
 
-def _object(ax: Any, story: Story, view: Projection, pose: Pose) -> None:
-    body = story.problem.body
-    shapes: list[tuple[Array, Array]] = []
-    if body.surface:
+    def _environment(self, depth: float, behind: bool) -> None:
+        """Draw the floor and the obstacles behind the object, or the obstacles before it."""
+        if behind and self._problem.environment.floor:
+            (x, y, _), (X, Y, _) = self._region.low, self._region.high
+            floor = np.array([[x, y, 0.0], [X, y, 0.0], [X, Y, 0.0], [x, Y, 0.0]])
+            self._polygon(floor, palette.css(palette.FLOOR))
+        for obstacle in self._problem.environment.obstacles:
+            for piece in obstacle.body.pieces:
+                part = clipped(piece, self._region)
+                if part is None or (self._view.depth(part.vertices) <= depth) != behind:
+                    continue
+                faces = [part.vertices[list(face)] for face in part.faces]
+                for face in sorted(faces, key=self._view.depth):
+                    self._polygon(face, palette.css(palette.OBSTACLE), 0.16)
+
+    def _object(self, pose: Pose) -> None:
+        body = self._problem.body
+        shapes: list[tuple[Array, Array]] = []
         for face in body.surface:
-            shapes += [(pose.apply(t), pose.rotation @ face.normal) for t in face.triangles]
-    else:
-        for piece in body.pieces:
-            corners = pose.apply(piece.vertices)
-            normals = piece.face_normals @ pose.rotation.T
+            shapes += [(t, face.normal) for t in face.triangles]
+        for piece in () if body.surface else body.pieces:
+            corners, normals = piece.vertices, piece.face_normals
             shapes += [(corners[list(f)], n) for f, n in zip(piece.faces, normals, strict=True)]
-    seen = [shape for shape in shapes if shape[1] @ view.direction > 1e-9]
-    for polygon, normal in sorted(seen, key=lambda shape: view.depth(shape[0])):
-        shade = 0.62 + 0.38 * max(0.0, float(normal @ LIGHT))
-        colour = tuple(shade * c / 255 for c in palette.OBJECT.to_bytes(3, "big"))
-        _polygon(ax, view, polygon, colour, 1.0, edge=not body.surface)
+        world = [(pose.apply(polygon), pose.rotation @ normal) for polygon, normal in shapes]
+        seen = [shape for shape in world if shape[1] @ self._view.direction > 1e-9]
+        for polygon, normal in sorted(seen, key=lambda shape: self._view.depth(shape[0])):
+            shade = 0.62 + 0.38 * max(0.0, float(normal @ LIGHT))
+            colour = tuple(shade * c / 255 for c in palette.OBJECT.to_bytes(3, "big"))
+            self._polygon(polygon, colour, edge=not body.surface)
 
-
-def _polygon(
-    ax: Any, view: Projection, points: Array, colour: Any, opacity: float, edge: bool = True
-) -> None:
-    from matplotlib.patches import Polygon
-
-    ax.add_patch(
-        Polygon(
-            view.flat(points),
-            closed=True,
-            facecolor=colour,
-            alpha=opacity,
-            edgecolor="0.25" if edge else colour,
-            linewidth=0.5 if edge else 0.1,
-        )
-    )
-
-
-def _outline(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:
-    """Draw the outline of a fingertip that the object may hide."""
-    from matplotlib.patches import Circle
-
-    radius = float(story.problem.fingers.radius[i])
-    centre = view.flat(pose.apply(story.centre(i, beat.placements[i]))[None])[0]
-    ax.add_patch(Circle(centre, radius, fill=False, edgecolor="0.2", linewidth=0.5, linestyle=":"))
-
-
-def _tip(ax: Any, story: Story, view: Projection, pose: Pose, beat: Beat, i: int) -> None:
-    """Draw a fingertip: under position control in a square, under force control with an arrow."""
-    from matplotlib.patches import Circle, Rectangle
-
-    radius = float(story.problem.fingers.radius[i])
-    centre = pose.apply(story.centre(i, beat.placements[i]))
-    (x, y), mode = view.flat(centre[None])[0], beat.modes[i]
-    colour = palette.css({"P": palette.POSITION, "F": palette.FORCE}.get(mode, palette.LIFTED))
-    if mode == "P":
-        corner = (x - 1.1 * radius, y - 1.1 * radius)
-        side = 2.2 * radius
-        ax.add_patch(Rectangle(corner, side, side, fill=False, edgecolor=colour, linewidth=0.8))
-    force, limit = beat.f_com[i], float(story.problem.fingers.max_normal_force[i])
-    if force and limit > 0:
-        normal = pose.rotation @ np.asarray(beat.placements[i].normal)
-        length = ARROW * story.problem.body.diagonal * force / limit
-        head = centre - 1.05 * radius * normal
-        ends = view.flat(np.stack([head - length * normal, head]))
-        ax.annotate(
-            "", xy=ends[1], xytext=ends[0], annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-|>", "color": colour, "linewidth": 1.0,
-                "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6,
-            },
+    def _polygon(self, points: Array, colour: Any, opacity: float = 1.0, edge: bool = True) -> None:
+        self._ax.add_patch(
+            self._patches.Polygon(
+                self._view.flat(points), closed=True, facecolor=colour, alpha=opacity,
+                edgecolor="0.25" if edge else colour, linewidth=0.5 if edge else 0.1,
+            )
         )  # fmt: skip
-    ax.add_patch(Circle((x, y), radius, facecolor=colour, edgecolor="black", linewidth=0.4))
-    if mode == "F":
-        ax.add_patch(Circle((x, y), 0.62 * radius, fill=False, edgecolor="white", linewidth=0.8))
+
+    def _tip(self, pose: Pose, shown: ShownSegment, i: int, outline: bool = False) -> None:
+        """Draw a fingertip: under position control in a square, under force control with an arrow.
+
+        Of one that the object may hide the outline alone is drawn again.
+        """
+        add, circle = self._ax.add_patch, self._patches.Circle
+        radius = float(self._problem.fingers.radius[i])
+        centre = pose.apply(self._animation.centre(i, shown.placements[i]))
+        (x, y), mode = self._view.flat(centre[None])[0], shown.modes[i]
+        if outline:
+            add(circle((x, y), radius, fill=False, edgecolor="0.2", linewidth=0.5, linestyle=":"))
+            return
+        colour = palette.css({"P": palette.POSITION, "F": palette.FORCE}.get(mode, palette.LIFTED))
+        if mode == "P":
+            corner, side = (x - 1.1 * radius, y - 1.1 * radius), 2.2 * radius
+            square = self._patches.Rectangle(
+                corner, side, side, fill=False, edgecolor=colour, linewidth=0.8
+            )
+            add(square)
+        force, limit = shown.record.f_com[i], float(self._problem.fingers.max_normal_force[i])
+        if force and limit > 0:
+            normal = pose.rotation @ np.asarray(shown.placements[i].normal)
+            length = ARROW * self._problem.body.diagonal * force / limit
+            head = centre - 1.05 * radius * normal
+            ends = self._view.flat(np.stack([head - length * normal, head]))
+            self._ax.annotate(
+                "", xy=ends[1], xytext=ends[0], annotation_clip=False,
+                arrowprops={
+                    "arrowstyle": "-|>", "color": colour, "linewidth": 1.0,
+                    "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6,
+                },
+            )  # fmt: skip
+        add(circle((x, y), radius, facecolor=colour, edgecolor="black", linewidth=0.4))
+        if mode == "F":
+            add(circle((x, y), 0.62 * radius, fill=False, edgecolor="white", linewidth=0.8))

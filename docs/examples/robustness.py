@@ -12,8 +12,7 @@ import argparse
 from scipy.stats import beta
 
 import gm_ompl
-from gm_ompl.simulation.execute import prepare
-from gm_ompl.simulation.vary import vary
+from gm_ompl.simulation.execute import prepare, vary
 from gm_ompl.simulation.world import KINDS
 
 CASES = (("paper/cork", (0.05, 0.2, 0.4)), ("paper/regrasp", (0.5, 2.0, 4.0)))
@@ -36,7 +35,7 @@ def main() -> None:
             alone = [(kind,) for kind in KINDS] if z_min == margins[0] else []
             for kinds in (KINDS, *alone):
                 found = vary(setup, options.percent / 100.0, options.trials, 0, kinds)
-                held = sum(run.holds for run in found.runs)
+                held = sum(run.holds for run in found.runs.values())
                 low, high = interval(held, options.trials)
                 off = "all" if kinds == KINDS else kinds[0]
                 print(

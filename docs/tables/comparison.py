@@ -19,9 +19,8 @@ from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
-from gm_ompl.study.report import figure, figures, interval, table
-from gm_ompl.study.store import Record, Store
-from gm_ompl.study.summary import Difference, differences, summarise
+from gm_ompl.study.report import tables
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
 
@@ -76,45 +75,24 @@ def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, seed=0, limits=limits) for task in exact.values())
 
 
-def tables(shown: Sequence[Record], best: Mapping[str, float]) -> dict[str, str]:
+def marked(shown: Sequence[RunRecord], best: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of the runs, by the name of their marks.
 
     Args:
         shown: the runs.
         best: proven optimal costs by scenario key.
     """
-    lines = [(row.scenario, row.planner, *figures(row)) for row in summarise(shown, best)]
-    head = ("scenario", "planner", "runs", "with a plan", "first plan, s", "cost",
-            "cost / optimum", "regrasps", "least z", "decisions", "peak, MiB",
-            "other ends")  # fmt: skip
-    return {"runs": table(head, lines), "differences": _difference_table(shown, best)}
-
-
-def _difference_table(shown: Sequence[Record], best: Mapping[str, float]) -> str:
-    """Return a line per scenario and planner, a column per figure."""
-    lines: dict[tuple[str, str], list[str]] = {}
-    heads: dict[str, None] = {}
-    for row in differences(shown, best):
-        lines.setdefault((row.scenario, row.planner), []).append(_cell(row))
-        heads[f"{row.what}, minus {row.against}'s"] = None
-    return table(
-        ("scenario", "planner", *heads), [(*names, *cells) for names, cells in lines.items()]
-    )
-
-
-def _cell(row: Difference) -> str:
-    return "-" if row.value is None and row.low is None and row.high is None else (
-        f"{figure(row.value)} ({interval(row)})"
-    )  # fmt: skip
+    found = (table.markdown() for table in tables(shown, best))
+    return dict(zip(("runs", "differences"), found, strict=True))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make what is missing and write the tables into the page."""
     return produce("comparison", Comparison(), arguments, lambda _design, page, shown, best:
-                   write_tables(page, tables(shown, best)))  # fmt: skip
+                   write_tables(page, marked(shown, best)))  # fmt: skip
 
 
-Write: TypeAlias = Callable[[Comparison, Path, Sequence[Record], Mapping[str, float]], None]
+Write: TypeAlias = Callable[[Comparison, Path, Sequence[RunRecord], Mapping[str, float]], None]
 """Writes a page from its runs and the proven optima by scenario key."""
 
 
@@ -149,7 +127,7 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
 
 def _runs(
     design: Comparison, path: Path, stored_only: bool
-) -> tuple[tuple[Record, ...], dict[str, float]]:
+) -> tuple[tuple[RunRecord, ...], dict[str, float]]:
     """Return the runs that a page shows and the proven optima by scenario key.
 
     Raises:

@@ -20,7 +20,7 @@ from docs.tables.pages import write_tables
 from docs.tables.pictures import progress_figure
 from gm_ompl.planners.registry import PLANNERS
 from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success_curve, table
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import first_times, grouped, ratios
 
 DESIGN = Comparison(
@@ -34,7 +34,7 @@ EARLIEST_S = 0.01
 """Where the curves' axis of time begins [s]."""
 
 
-def rates(shown: Sequence[Record], best: Mapping[str, float]) -> str:
+def rates(shown: Sequence[RunRecord], best: Mapping[str, float]) -> str:
     """Return the table: success, time to the first plan, cost and regrasps at the end."""
     lines = []
     for scenario, planners in grouped(shown).items():
@@ -56,7 +56,7 @@ def rates(shown: Sequence[Record], best: Mapping[str, float]) -> str:
 
 
 def curves(
-    shown: Sequence[Record], best: Mapping[str, float], end: float
+    shown: Sequence[RunRecord], best: Mapping[str, float], end: float
 ) -> dict[str, dict[str, dict[str, Any]]]:
     """Return by scenario and planner what ``progress_figure`` draws, up to time ``end`` [s]."""
     times = np.geomspace(EARLIEST_S, end, TIMES)
@@ -73,7 +73,9 @@ def curves(
 
 
 def _over_optimum(
-    runs: Sequence[Record], best: Mapping[str, float], times: np.ndarray[Any, np.dtype[np.float64]]
+    runs: Sequence[RunRecord],
+    best: Mapping[str, float],
+    times: np.ndarray[Any, np.dtype[np.float64]],
 ) -> list[float | None]:
     """Return the median cost so far over the optimum; None while half the runs have no plan."""
     optimum = best.get(runs[0].scenario_key)
@@ -89,7 +91,7 @@ def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, pict
 
 
 def write(
-    design: Comparison, page: Path, shown: Sequence[Record], best: Mapping[str, float]
+    design: Comparison, page: Path, shown: Sequence[RunRecord], best: Mapping[str, float]
 ) -> None:
     """Write the table into the page, and the picture beside it."""
     write_tables(page, {"rates": rates(shown, best)})

@@ -1,16 +1,18 @@
-"""``gm-ompl explain``."""
+"""``gm-ompl explain``: never more than a screen, what matters most first."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import Exit
-from gm_ompl.app.explain_text import lines
 from gm_ompl.app.output import say, say_json
-from gm_ompl.app.plan_verbs import ExplainVerb
+from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.errors import InputError
+from gm_ompl.explain.values import ContactLine, Explanation, InstantLine, ModeLine, SetLine, Survey
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
 
@@ -19,8 +21,8 @@ def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
-    explanation = api.explain(
-        api.load(request.scenario, request.overrides or ()),
+    explanation = gm_ompl.explain(
+        gm_ompl.load(request.scenario, request.overrides or ()),
         at,
         places,
         samples=request.samples,
@@ -81,3 +83,148 @@ def read_coordinates(text: str) -> list[float]:
                 f"--at {text!r}: must be a number (from 0 to 1 along a path), or X,Y,YAW"
             ) from None
     return values
+
+
+MOST_LINES = 39
+"""What an explanation has at most; ``--json`` has all of it."""
+FACES_SHOWN = 4
+CONTACTS_SHOWN = 8
+STRETCHES_SHOWN = 6
+MODES_SHOWN = 4
+WIDEST = 240
+"""Characters of a line at most."""
+
+
+def lines(explanation: Explanation) -> list[str]:
+    """Return the explanation as at most ``MOST_LINES`` lines for people."""
+    every = [_cut(line) for line in _all(explanation)]
+    if len(every) <= MOST_LINES:
+        return every
+    kept = MOST_LINES - 1
+    return [*every[:kept], f"... and {len(every) - kept} lines more: --json has all of it"]
+
+
+def _cut(line: str) -> str:
+    return line if len(line) <= WIDEST else line[: WIDEST - 3] + "..."
+
+
+def _all(explanation: Explanation) -> Iterator[str]:
+    yield f"{explanation.scenario}: {explanation.verdict}"
+    for attempt in explanation.attempts:
+        yield f"  {attempt.sentence}"
+    if explanation.remedies:
+        yield "tried, each change alone:"
+    for remedy in sorted(explanation.remedies, key=lambda remedy: not remedy.helps):
+        sign = "helps" if remedy.helps else "no help"
+        yield f"  {sign:8s} --set {remedy.change}  ({remedy.evidence})"
+    if explanation.contacts:
+        yield "contacts with the environment (all stick at rest):"
+    yield from _shown(map(_contact, explanation.contacts), CONTACTS_SHOWN, "contacts")
+    for instant in explanation.instants:
+        yield from _instant(instant)
+    if explanation.placements is not None:
+        yield from _set(explanation.placements)
+    for survey in explanation.surveys:
+        yield from _survey(survey)
+
+
+def _shown(texts: Iterable[str], count: int, what: str) -> Iterator[str]:
+    """Yield the first ``count`` texts, and how many more there are."""
+    every = list(texts)
+    yield from every[:count]
+    if len(every) > count:
+        yield f"  ... and {len(every) - count} more {what}"
+
+
+def _contact(line: ContactLine) -> str:
+    moving = {name: word for name, word in line.motion.items() if name != "rest"}
+    usual, _ = Counter(moving.values()).most_common(1)[0]
+    others = [f"{word} along {name}" for name, word in moving.items() if word != usual]
+    aside = f" ({', '.join(others)})" if others else ""
+    return (
+        f"  {line.against} at ({_numbers(line.point)}), normal ({_numbers(line.normal)}): "
+        f"{usual}{aside}"
+    )
+
+
+def _survey(survey: Survey) -> Iterator[str]:
+    where = {"start": "going forward from the start", "goal": "coming back from the goal"}
+    possible = "too many to list" if survey.possible is None else f"{survey.possible:,}"
+    drawn = f"a random {survey.judged:,}" if survey.sampled else "all"
+    yield (
+        f"{where.get(survey.where, 'at this point')}: sets of placements that are "
+        f"geometrically possible there: {possible}; {drawn} judged"
+    )
+    if survey.judged:
+        counts = [f"{survey.holding} hold"]
+        counts += [f"{number} {_words(name)}" for name, number in survey.findings.items()]
+        yield "  first blocked by: " + ", ".join(counts)
+    rows = (
+        f"  {', '.join(row.faces) or 'no fingers':12s} {row.holding} of {row.sets} hold"
+        + "".join(f"; {n} {_words(name)}" for name, n in row.findings.items())
+        + _ratio(row.ratio)
+        for row in survey.faces
+    )
+    yield from _shown(rows, FACES_SHOWN, "combinations of faces")
+    for line in survey.closest[:1]:
+        yield "  the one that came furthest:"
+        yield from _set(line)
+
+
+def _set(line: SetLine) -> Iterator[str]:
+    places = " ".join(line.placements) or "no fingers"
+    yield f"  {places}:{' holds' if line.holds else ''}{_ratio(line.ratio)}"
+    if line.nodes_from_start is not None:
+        yield (
+            f"    without regrasping: {line.nodes_from_start:,} nodes reached from the start, "
+            f"the goal reached from {line.nodes_to_goal:,}"
+        )
+    if line.forward is not None:
+        yield f"    going forward it first fails at {_at(line.forward)}: {_why(line.forward)}"
+    if line.backward is not None:
+        yield f"    coming back it first fails at {_at(line.backward)}: {_why(line.backward)}"
+    parts = (
+        f"    from {part.first:.4g} to {part.last:.4g}: "
+        f"{'; '.join(part.blocked_by) or part.finding.value}{_ratio(part.ratio)}"
+        for part in line.stretches
+    )
+    yield from _shown(parts, STRETCHES_SHOWN, "stretches that fail")
+
+
+def _instant(line: InstantLine) -> Iterator[str]:
+    moving = "at rest" if line.direction is None else f"moving along {_numbers(line.direction)}"
+    yield f"  at {_at(line)}, {moving}: {_why(line)}"
+    if line.limit is not None and line.ratio is not None:
+        yield f"    the disturbance that limits z: {line.limit}"
+    best = sorted(line.modes, key=lambda row: -1.0 if row.z is None else row.z, reverse=True)
+    texts = (f"    {' '.join(row.modes):20s} {_mode(row)}" for row in best)
+    yield from _shown(texts, MODES_SHOWN, "combinations of modes, none better")
+
+
+def _mode(row: ModeLine) -> str:
+    if row.internal_force:
+        return "excessive internal force could be generated (Problem (5))"
+    if row.z is None:
+        return "no equilibrium"
+    commands = [f"{f:.4g}" for f in row.f_com if f is not None]
+    return f"z = {row.z:.4g}" + (f" with f_com {', '.join(commands)}" if commands else "")
+
+
+def _why(line: InstantLine) -> str:
+    return f"{'; '.join(line.blocked_by) or line.finding.value}{_ratio(line.ratio)}"
+
+
+def _at(line: InstantLine) -> str:
+    return _numbers(line.q)
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return ", ".join(f"{value + 0.0:.4g}" for value in values)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _ratio(ratio: float | None) -> str:
+    return "" if ratio is None else f" (z / z_min = {ratio:.3g})"

@@ -16,11 +16,11 @@ from typing import Annotated, Final
 import typer
 
 from gm_ompl import __version__
-from gm_ompl.app import plan_verbs, show_verbs, study_verbs
 from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
 from gm_ompl.app.options import command
 from gm_ompl.app.output import note, show_log
 from gm_ompl.app.streams import hush_libraries, outlets
+from gm_ompl.app.verbs import VERBS
 
 app = typer.Typer(
     name="gm-ompl",
@@ -41,8 +41,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Show the version."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
     traceback: Annotated[
         bool,
@@ -56,21 +55,6 @@ def options(
     Switches.show_traceback = traceback
     show_log()
 
-
-VERBS = {
-    "list": (plan_verbs.ListVerb, ".showing:list_command"),
-    "plan": (plan_verbs.PlanVerb, ".planning:plan_command"),
-    "explain": (plan_verbs.ExplainVerb, ".explaining:explain_command"),
-    "check": (plan_verbs.CheckVerb, ".showing:check_command"),
-    "view": (show_verbs.ViewVerb, ".showing:view_command"),
-    "plot": (show_verbs.PlotVerb, ".showing:plot_command"),
-    "export": (show_verbs.ExportVerb, ".showing:export_command"),
-    "execute": (show_verbs.ExecuteVerb, ".executing:execute_command"),
-    "compare": (study_verbs.CompareVerb, ".comparing:compare_command"),
-    "tune": (study_verbs.TuneVerb, ".tuning:tune_command"),
-    "bench": (study_verbs.BenchVerb, ".benching:bench_command"),
-}
-"""In the order of ``--help``: what a verb takes, and who carries it out."""
 
 for _name, _verb in VERBS.items():
     app.command(_name)(command(*_verb))

@@ -1,4 +1,4 @@
-"""How a verb's options, fields of a dataclass, become a command; and options that verbs share."""
+"""How a verb's options, fields of a dataclass, become a command."""
 
 from __future__ import annotations
 
@@ -7,35 +7,22 @@ import importlib
 import inspect
 import math
 from collections.abc import Callable
-from typing import Annotated, Any, get_type_hints
+from typing import Any, get_type_hints
 
 import typer
 
 from gm_ompl.app.exits import Exit, guarded
 from gm_ompl.errors import InputError
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
-Scenario = Annotated[str, typer.Argument(metavar="SCENARIO", help="A shipped name, or a file.")]
+def option(text: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+    """Return an option for typer: its help, what its value is called, other names than its own."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
 
-Scenarios = Annotated[
-    list[str], typer.Argument(metavar="SCENARIO...", help="Shipped names, or files.")
-]
 
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="Replace a value of the scenario; may be repeated."
-    ),
-]
-
-Executor = Annotated[
-    str, typer.Option(metavar="WHERE", help="Where runs are made: local, or dask://HOST:PORT.")
-]
-
-Speed = Annotated[
-    float, typer.Option(metavar="V", help="The fastest vertex's speed, object sizes per s.")
-]
+def argument(text: str, metavar: str) -> Any:
+    """Return an argument for typer: its help and what it is called."""
+    return typer.Argument(metavar=metavar, help=text)
 
 
 def require(holds: bool, option: str, value: object, wanted: str) -> None:
@@ -75,7 +62,9 @@ def command(options: type[Any], handler: str) -> Callable[..., None]:
             field.name,
             inspect.Parameter.KEYWORD_ONLY,
             annotation=hints[field.name],
-            default=_default(field),
+            default=inspect.Parameter.empty
+            if field.default is dataclasses.MISSING
+            else field.default,
         )
         for field in dataclasses.fields(options)
     ]
@@ -83,8 +72,3 @@ def command(options: type[Any], handler: str) -> Callable[..., None]:
     made.__doc__, made.__annotations__ = options.__doc__, hints
     made.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     return made
-
-
-def _default(field: dataclasses.Field[Any]) -> Any:
-    missing = field.default is dataclasses.MISSING
-    return inspect.Parameter.empty if missing else field.default

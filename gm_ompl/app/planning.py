@@ -1,24 +1,72 @@
-"""``gm-ompl plan``."""
+"""``gm-ompl plan``, and how far a search has come, on stderr."""
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.plan_verbs import PlanVerb
-from gm_ompl.app.progress import ProgressLine
 from gm_ompl.app.showing import write_html
+from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
-from gm_ompl.planners.planner import Report, Status
+from gm_ompl.planners.planner import Progress, Report, Status
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
+
+if TYPE_CHECKING:
+    from rich.status import Status as StatusLine
+
+FIRST_LINE_S, FACTOR = 5.0, 2.0
+"""In a log (no terminal) a line appears after 5 s, 10 s, 20 s, ...: short for a long search too."""
+
+
+class ProgressLine:
+    """Shows a search's events: one line that changes on a terminal, now and then a line in a log.
+
+    Use as a context manager around the search and hand it over as the search's ``report``.
+    """
+
+    def __init__(self) -> None:
+        self._status: StatusLine | None = None
+        self._due = FIRST_LINE_S
+
+    def __enter__(self) -> ProgressLine:
+        if sys.stderr.isatty():
+            from rich.console import Console  # takes a while to load
+
+            self._status = Console(stderr=True).status("planning ...")
+            self._status.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def __call__(self, event: Progress) -> None:
+        """Show ``event``."""
+        if self._status is not None:
+            self._status.update(describe(event))
+        elif event.time >= self._due:
+            note(describe(event))
+            self._due = FACTOR * max(event.time, self._due)
+
+
+def describe(event: Progress) -> str:
+    """Return the event as one line."""
+    best = "none yet" if event.cost is None else f"{event.cost:.6g}"
+    bound = f"{event.lower_bound:.6g}" if math.isfinite(event.lower_bound) else "infinite"
+    return (
+        f"{event.time:.1f} s: {event.expanded:,} nodes expanded, "
+        f"{event.mode_decisions:,} mode decisions, best cost {best}, lower bound {bound}"
+    )
 
 
 def plan_command(request: PlanVerb) -> Exit:
@@ -27,7 +75,7 @@ def plan_command(request: PlanVerb) -> Exit:
     html, trace = writable(request.html, "--html"), writable(request.trace, "--trace")
     _different(output, html, trace)
     parameters = read_parameters(request.params)
-    scenario = api.load(request.scenario, request.overrides or ())
+    scenario = gm_ompl.load(request.scenario, request.overrides or ())
     plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)
@@ -59,7 +107,7 @@ def _search(
     """Plan, the progress shown and, where asked for, traced."""
 
     def plan(report: Report) -> Plan:
-        return api.plan(
+        return gm_ompl.plan(
             scenario,
             planner=request.planner,
             time_limit=request.time_limit,

@@ -6,24 +6,42 @@ What one of them alone needs is imported inside it.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.plan_files import opened
-from gm_ompl.app.plan_verbs import CheckVerb, ListVerb
-from gm_ompl.app.show_verbs import ExportVerb, PlotVerb, ViewVerb
-from gm_ompl.errors import InputError, did_you_mean
+from gm_ompl.app.verbs import CheckVerb, ExportVerb, ListVerb, PlotVerb, ViewVerb
+from gm_ompl.errors import InputError, MisfitError, PlanFileError, ScenarioError, did_you_mean
+from gm_ompl.plan.fit import in_file
 from gm_ompl.plan.model import Plan
 from gm_ompl.writing import write_text
 
 if TYPE_CHECKING:
-    from gm_ompl.viz.story import Story
+    from gm_ompl.viz.animation import Animation
 
 KEYS = ("name", "description", "source")
 
 PICTURES = ("forces", "snapshots", "search")
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Plan]:
+    """Give the plan in ``path``; what is found wrong with it meanwhile is told with file and line.
+
+    Raises:
+        PlanFileError: the file cannot be read, is no plan, or its steps or its scenario cannot
+            be used.
+    """
+    plan = Plan.load(path)
+    try:
+        yield plan
+    except MisfitError as error:
+        raise in_file(error, path) from None
+    except ScenarioError as error:
+        raise PlanFileError("\n".join(f"{path}: {line}" for line in error.problems)) from None
 
 
 def list_command(request: ListVerb) -> Exit:
@@ -48,10 +66,10 @@ def list_command(request: ListVerb) -> Exit:
 
 def check_command(request: CheckVerb) -> Exit:
     """Judge the plan in the file and show what holds."""
-    from gm_ompl import api
+    import gm_ompl
 
     with opened(request.plan_file) as plan:
-        report = api.check(plan)
+        report = gm_ompl.check(plan)
     if request.as_json:
         say_json(report.to_dict())
     else:
@@ -95,8 +113,8 @@ def plot_command(request: PlotVerb) -> Exit:
     Raises:
         InputError: a file cannot be read or written, or there is nothing to draw.
     """
+    from gm_ompl.viz.animation import animate
     from gm_ompl.viz.canvas import check_suffix, save, styled
-    from gm_ompl.viz.story import tell
 
     show, trace = request.show, request.trace
     if show not in PICTURES:
@@ -108,30 +126,30 @@ def plot_command(request: PlotVerb) -> Exit:
     if trace is not None and show != "search":
         raise InputError(f"--trace {trace}: is for --show search; add that")
     with styled(), opened(request.plan_file) as plan:
-        save(_figure(tell(plan), show, trace), target)
+        save(_figure(animate(plan), show, trace), target)
     note(f"written to {request.output}")
     return Exit.OK
 
 
-def _figure(story: Story, show: str, trace: Path | None) -> Any:
+def _figure(animation: Animation, show: str, trace: Path | None) -> Any:
     if show == "search":
         from gm_ompl.planners.trace_file import read_trace
         from gm_ompl.viz.search import search_figure
 
-        return search_figure(story, None if trace is None else read_trace(trace))
+        return search_figure(animation, None if trace is None else read_trace(trace))
     if show == "snapshots":
         from gm_ompl.viz.snapshots import snapshots_figure
 
-        return snapshots_figure(story)
+        return snapshots_figure(animation)
     from gm_ompl.viz.figures import forces_figure
 
-    return forces_figure(story)
+    return forces_figure(animation)
 
 
 def export_command(request: ExportVerb) -> Exit:
     """Write the plan over time as CSV."""
     from gm_ompl.simulation.export import table
-    from gm_ompl.simulation.pace import Pace
+    from gm_ompl.simulation.timeline import Pace
 
     target = writable(request.output)
     assert target is not None

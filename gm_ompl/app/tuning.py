@@ -6,11 +6,11 @@ import json
 from contextlib import closing
 from pathlib import Path
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.options import require_positive
 from gm_ompl.app.output import made_folder, note, say, writable
-from gm_ompl.app.study_verbs import TuneVerb
+from gm_ompl.app.verbs import TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.report import gain_lines, tuning_html
@@ -80,8 +80,8 @@ def _design(request: TuneVerb) -> Design:
         )
     return Design(
         planner=request.planner,
-        training=[api.load(name) for name in names],
-        held_out=[api.load(name) for name in held],
+        training=[gm_ompl.load(name) for name in names],
+        held_out=[gm_ompl.load(name) for name in held],
         seeds=request.seeds,
         limits=Limits(time_s=request.time_limit, max_iterations=request.max_iterations),
         objective=request.objective,

@@ -5,11 +5,9 @@ from __future__ import annotations
 import os
 
 from gm_ompl.check.displacement import check_displacement
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Recheck, Tolerances
 from gm_ompl.check.regrasp import check_regrasp
-from gm_ompl.check.report import CheckReport, StepReport
-from gm_ompl.check.settings import Tolerances
+from gm_ompl.check.report import CheckReport, Findings, StepReport
 from gm_ompl.check.whole import AnyStep, check_continuity, check_goal, check_totals, head, tail
 from gm_ompl.plan.model import DisplacementStep, Plan
 from gm_ompl.scenario.scenario import Scenario
@@ -44,18 +42,18 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     if not isinstance(plan, Plan):
         plan = Plan.load(plan)
     scenario = Scenario.from_resolved(plan.scenario, "scenario in the plan")
-    referee = Referee(scenario.problem, tolerances)
+    recheck = Recheck(scenario.problem, tolerances)
     whole = Findings(None)
-    check_totals(referee, plan, whole)
+    check_totals(recheck, plan, whole)
     reports: list[StepReport] = []
     violations = list(whole.violations)
     last: AnyStep | None = None
     for number, step in enumerate(plan.steps):
         found = Findings(number)
-        check_continuity(referee, last, step, found)
-        _check_step(referee, step, found)
+        check_continuity(recheck, last, step, found)
+        _check_step(recheck, step, found)
         if number == len(plan.steps) - 1:
-            check_goal(referee, step, found)
+            check_goal(recheck, step, found)
         reports.append(found.report(step.kind, _where(step)))
         violations += found.violations
         last = step
@@ -63,11 +61,11 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
 
 
-def _check_step(referee: Referee, step: AnyStep, found: Findings) -> None:
+def _check_step(recheck: Recheck, step: AnyStep, found: Findings) -> None:
     if isinstance(step, DisplacementStep):
-        check_displacement(referee, step, found)
+        check_displacement(recheck, step, found)
     else:
-        check_regrasp(referee, step, found)
+        check_regrasp(recheck, step, found)
 
 
 def _where(step: AnyStep) -> str:

@@ -1,4 +1,4 @@
-"""Judges one displacement arc: Sec. 4.2, Eq. (9)."""
+"""Judges one displacement: Sec. 4.2, Eq. (9), and whether its arc is the scenario's motion."""
 
 from __future__ import annotations
 
@@ -6,41 +6,42 @@ import math
 
 import numpy as np
 
-from gm_ompl.check.arcs import check_arc
 from gm_ompl.check.coordinates import crossed, lattice_steps, outside
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.hold import Hold, check_hold
+from gm_ompl.check.hold import check_hold
 from gm_ompl.check.places import check_placements, check_pose
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Hold, Recheck
+from gm_ompl.check.report import Findings, listed
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.motion.arc import Arc
+from gm_ompl.plan.arcs import arc_record
 from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.plan.record import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.problem import Placements
 
 
-def check_displacement(referee: Referee, step: DisplacementStep, found: Findings) -> None:
+def check_displacement(recheck: Recheck, step: DisplacementStep, found: Findings) -> None:
     """Judge a displacement step by itself; note what does not hold."""
-    rows = check_placements(referee, step.placements, found)
-    if not _check_coordinates(referee, step, found):
+    rows = check_placements(recheck, step.placements, found)
+    if not _check_coordinates(recheck, step, found):
         return
-    arc = referee.problem.motion.arc(step.from_, step.to)
-    check_pose(referee, "pose_from", step.pose_from, arc.start, found)
-    check_pose(referee, "pose_to", step.pose_to, arc.end, found)
-    check_arc(referee, step.arc, arc, found)
-    if rows is None or not _check_density(referee, step, found):
+    arc = recheck.problem.motion.arc(step.from_, step.to)
+    check_pose(recheck, "pose_from", step.pose_from, arc.start, found)
+    check_pose(recheck, "pose_to", step.pose_to, arc.end, found)
+    check_arc(recheck, step.arc, arc, found)
+    if rows is None or not _check_density(recheck, step, found):
         return
     for name, q, pose in (("from", step.from_, arc.start), ("to", step.to, arc.end)):
-        reason = referee.blocked(pose, rows)
+        reason = recheck.blocked(pose, rows)
         found.check("geometry", reason is None, f"at '{name}' {list(q)}: {reason}")
-    reason = referee.blocked_along(arc, rows)
+    reason = recheck.blocked_along(arc, rows)
     found.check("geometry", reason is None, f"on the way: {reason}")
-    _check_segments(referee, step, rows, arc, found)
-    _check_cost(referee, step, rows, arc, found)
+    _check_segments(recheck, step, rows, arc, found)
+    _check_cost(recheck, step, rows, arc, found)
 
 
-def _check_coordinates(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
+def _check_coordinates(recheck: Recheck, step: DisplacementStep, found: Findings) -> bool:
     """Judge the coordinates; return whether the rest of the step can be judged."""
-    problem, tolerances = referee.problem, referee.tolerances
+    problem, tolerances = recheck.problem, recheck.tolerances
     for name, q in (("from", step.from_), ("to", step.to)):
         if not found.check(
             "coordinates",
@@ -73,11 +74,11 @@ def _check_coordinates(referee: Referee, step: DisplacementStep, found: Findings
     )
 
 
-def _check_density(referee: Referee, step: DisplacementStep, found: Findings) -> bool:
+def _check_density(recheck: Recheck, step: DisplacementStep, found: Findings) -> bool:
     """Judge number and form of the segments; return whether they can be judged one by one."""
-    problem, parts = referee.problem, len(step.segments)
+    problem, parts = recheck.problem, len(step.segments)
     steps = lattice_steps(problem, step.from_, step.to)
-    tolerances, P = referee.tolerances, problem.cost.samples_per_arc
+    tolerances, P = recheck.tolerances, problem.cost.samples_per_arc
     # An arc that little over a whole number of steps may be counted either way.
     margins = (tolerances.count, tolerances.rounding)
     wanted = [P * max(1, math.ceil(steps - margin)) for margin in margins]
@@ -101,18 +102,14 @@ def _check_density(referee: Referee, step: DisplacementStep, found: Findings) ->
 
 
 def _check_segments(
-    referee: Referee,
-    step: DisplacementStep,
-    rows: Placements,
-    arc: Arc,
-    found: Findings,
+    recheck: Recheck, step: DisplacementStep, rows: Placements, arc: Arc, found: Findings
 ) -> None:
     middles = arc.middles(len(step.segments))
     for j, (moment, segment) in enumerate(zip(middles, step.segments, strict=True)):
-        reason = referee.blocked(moment.pose, rows)
+        reason = recheck.blocked(moment.pose, rows)
         found.check("geometry", reason is None, f"at its midpoint: {reason}", j)
         hold = Hold(
-            contacts=referee.contacts(moment),
+            contacts=recheck.contacts(moment),
             fingers=tuple(range(len(rows))),
             rows=rows,
             modes=tuple(ControlMode(mode) for mode in segment.modes),
@@ -120,27 +117,79 @@ def _check_segments(
             z=segment.z,
             segment=j,
         )
-        check_hold(referee, hold, found)
+        check_hold(recheck, hold, found)
 
 
 def _check_cost(
-    referee: Referee,
-    step: DisplacementStep,
-    rows: Placements,
-    arc: Arc,
-    found: Findings,
+    recheck: Recheck, step: DisplacementStep, rows: Placements, arc: Arc, found: Findings
 ) -> None:
     """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
     z = np.array([segment.z for segment in step.segments])
     if not (z > 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
-    weights = 1.0 + referee.problem.cost.stability / z
-    cost = float((weights @ referee.chords(arc, rows, len(z))).max(initial=0.0))
+    weights = 1.0 + recheck.problem.cost.stability / z
+    cost = float((weights @ arc.chords(recheck.centres(rows), len(z))).max(initial=0.0))
     found.cost = cost
-    allowed = referee.tolerances.cost * max(cost, 0.0)
+    allowed = recheck.tolerances.cost * max(cost, 0.0)
     found.check(
         "cost",
         abs(step.cost - cost) <= allowed,
         f"cost {step.cost:.9g} is claimed; Eq. (9) gives {cost:.9g} "
         f"(off by {abs(step.cost - cost):.3g}, allowed {allowed:.3g})",
     )
+
+
+def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -> None:
+    """Judge whether ``claimed`` is ``arc``, the motion between the step's coordinates."""
+    wanted = arc_record(arc)
+    kinds = [type(record).__name__.removesuffix("Arc").lower() for record in (claimed, wanted)]
+    if not found.check(
+        "arc",
+        kinds[0] == kinds[1],
+        f"a {kinds[0]} is claimed; between these coordinates the scenario has a {kinds[1]}",
+    ):
+        return
+    length = recheck.tolerances.length * max(
+        recheck.diagonal, *np.abs([arc.start.position, arc.end.position]).ravel().tolist()
+    )
+    for what, have, want, allowed in _parts(claimed, wanted, length, recheck.tolerances.direction):
+        off = float(np.abs(np.subtract(have, want)).max())
+        found.check(
+            "arc",
+            off <= allowed,
+            f"{what} {listed(have)} is claimed; between these coordinates it is {listed(want)} "
+            f"(off by {off:.3g}, allowed {allowed:.3g})",
+        )
+
+
+Part = tuple[str, tuple[float, ...], tuple[float, ...], float]
+"""What is compared, what is claimed, what it is, and by how much they may differ."""
+
+
+def _parts(claimed: ArcRecord, wanted: ArcRecord, length: float, angle: float) -> list[Part]:
+    if isinstance(claimed, TranslationArc) and isinstance(wanted, TranslationArc):
+        return [("translation", claimed.translation, wanted.translation, length)]
+    if isinstance(claimed, RotationArc) and isinstance(wanted, RotationArc):
+        return _turns(claimed.rotation, wanted.rotation, length, angle)
+    assert isinstance(claimed, StraightArc) and isinstance(wanted, StraightArc)
+    parts: list[Part] = []
+    for name, have, want in (
+        ("straight.from", claimed.straight.from_, wanted.straight.from_),
+        ("straight.to", claimed.straight.to, wanted.straight.to),
+    ):
+        parts += [(name, have[:2], want[:2], length), (f"{name} (yaw)", have[2:], want[2:], angle)]
+    return parts
+
+
+def _turns(claimed: Turn, wanted: Turn, length: float, angle: float) -> list[Part]:
+    """Compare two turns: any point of the line will do, and the axis may point either way."""
+    sign = 1.0 if np.dot(claimed.axis, wanted.axis) >= 0.0 else -1.0
+    axis = np.array(wanted.axis)
+    arm = np.subtract(claimed.point, wanted.point)
+    beside = arm - (arm @ axis) * axis
+    point = tuple(np.subtract(claimed.point, beside).tolist())
+    return [
+        ("rotation.point", claimed.point, point, length),
+        ("rotation.axis", claimed.axis, tuple((sign * axis).tolist()), angle),
+        ("rotation.angle", (claimed.angle,), (sign * wanted.angle,), angle),
+    ]

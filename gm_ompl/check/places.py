@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Recheck
+from gm_ompl.check.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.model import PlacementRecord
 from gm_ompl.plan.record import PoseRecord
@@ -15,24 +15,24 @@ from gm_ompl.problem import Placements
 
 
 def check_pose(
-    referee: Referee, name: str, claimed: PoseRecord, pose: Pose, found: Findings
+    recheck: Recheck, name: str, claimed: PoseRecord, pose: Pose, found: Findings
 ) -> None:
     """Judge whether ``claimed`` is the motion's ``pose``."""
-    tolerances = referee.tolerances
+    tolerances = recheck.tolerances
     off = float(np.abs(np.array(claimed.position) - pose.position).max())
     # Positions far from the origin carry the rounding of their own size.
-    allowed = tolerances.length * max(referee.diagonal, float(np.abs(pose.position).max()))
+    allowed = tolerances.length * max(recheck.diagonal, float(np.abs(pose.position).max()))
     found.check(
         "pose",
         off <= allowed,
-        f"{name}.position {_list(claimed.position)} is claimed; at these coordinates it is "
-        f"{_list(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
+        f"{name}.position {listed(claimed.position)} is claimed; at these coordinates it is "
+        f"{listed(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
     )
     length = float(np.linalg.norm(claimed.quaternion))
     unit = found.check(
         "pose",
         abs(length - 1.0) <= tolerances.direction,
-        f"{name}.quaternion {_list(claimed.quaternion)} has length {length:.9g}, not 1",
+        f"{name}.quaternion {listed(claimed.quaternion)} has length {length:.9g}, not 1",
     )
     if unit:
         turned = Pose.from_quaternion(claimed.position, claimed.quaternion)
@@ -40,16 +40,16 @@ def check_pose(
         found.check(
             "pose",
             off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
-            f"{name}.quaternion {_list(claimed.quaternion)} is claimed; at these coordinates it is "
-            f"{_list(pose.quaternion())} (rotation off by {off:.3g})",
+            f"{name}.quaternion {listed(claimed.quaternion)} is claimed; at these coordinates "
+            f"it is {listed(pose.quaternion())} (rotation off by {off:.3g})",
         )
 
 
 def check_placements(
-    referee: Referee, claimed: Sequence[PlacementRecord], found: Findings
+    recheck: Recheck, claimed: Sequence[PlacementRecord], found: Findings
 ) -> Placements | None:
     """Judge a whole hand's placements; return their rows in the table, None if one has none."""
-    count = referee.problem.fingers.count
+    count = recheck.problem.fingers.count
     if not found.check(
         "placements",
         len(claimed) == count,
@@ -57,7 +57,7 @@ def check_placements(
     ):
         return None
     rows = [
-        check_placement(referee, f"placements[{finger}]", record, found)
+        check_placement(recheck, f"placements[{finger}]", record, found)
         for finger, record in enumerate(claimed)
     ]
     known = tuple(row for row in rows if row is not None)
@@ -65,10 +65,10 @@ def check_placements(
 
 
 def check_placement(
-    referee: Referee, name: str, claimed: PlacementRecord, found: Findings
+    recheck: Recheck, name: str, claimed: PlacementRecord, found: Findings
 ) -> int | None:
     """Judge one placement; return its row in the table, or None if it is not in it."""
-    tolerances, table = referee.tolerances, referee.problem.fingers.placements
+    tolerances, table = recheck.tolerances, recheck.problem.fingers.placements
     row = table.find(claimed.face, claimed.cell)
     if not found.check(
         "placements",
@@ -78,25 +78,21 @@ def check_placement(
     ):
         return None
     for what, have, want, allowed in (
-        ("point", claimed.point, table.points[row], tolerances.length * referee.diagonal),
+        ("point", claimed.point, table.points[row], tolerances.length * recheck.diagonal),
         ("normal", claimed.normal, table.normals[row], tolerances.direction),
     ):
         off = float(np.abs(np.array(have) - want).max())
         found.check(
             "placements",
             off <= allowed,
-            f"{name}.{what} {_list(have)} is claimed; face {claimed.face}, cell "
-            f"{list(claimed.cell)} has {_list(want)} (off by {off:.3g}, allowed {allowed:.3g})",
+            f"{name}.{what} {listed(have)} is claimed; face {claimed.face}, cell "
+            f"{list(claimed.cell)} has {listed(want)} (off by {off:.3g}, allowed {allowed:.3g})",
         )
     return row
 
 
-def named(referee: Referee, row: int) -> str:
+def named(recheck: Recheck, row: int) -> str:
     """Return ``+x:3,2`` for a row of the placement table."""
-    table = referee.problem.fingers.placements
+    table = recheck.problem.fingers.placements
     i, j = table.cell[row]
     return f"{table.labels[int(table.face[row])]}:{i},{j}"
-
-
-def _list(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
-    return "[" + ", ".join(f"{float(value):.9g}" for value in values) + "]"

@@ -3,37 +3,37 @@
 from __future__ import annotations
 
 from gm_ompl.check.coordinates import outside
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.hold import Hold, check_hold
+from gm_ompl.check.hold import check_hold
 from gm_ompl.check.places import check_placement, check_placements, named
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Hold, Recheck
+from gm_ompl.check.report import Findings
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.plan.model import RegraspStep
 from gm_ompl.problem import Placements
 
 
-def check_regrasp(referee: Referee, step: RegraspStep, found: Findings) -> None:
+def check_regrasp(recheck: Recheck, step: RegraspStep, found: Findings) -> None:
     """Judge a regrasping step by itself; note what does not hold."""
-    rows = check_placements(referee, step.placements, found)
-    target = check_placement(referee, "to", step.to, found)
-    judged = _check_place(referee, step, found) and _check_finger(referee, step, found)
+    rows = check_placements(recheck, step.placements, found)
+    target = check_placement(recheck, "to", step.to, found)
+    judged = _check_place(recheck, step, found) and _check_finger(recheck, step, found)
     if not judged or rows is None:
         return
-    reason = referee.blocked(referee.problem.motion.pose(step.at), rows)
+    reason = recheck.blocked(recheck.problem.motion.pose(step.at), rows)
     found.check("geometry", reason is None, f"before the regrasp: {reason}")
     if target is not None:
-        _check_target(referee, step, rows, target, found)
-    _check_rest(referee, step, rows, found)
-    found.cost = referee.problem.cost.regrasp
+        _check_target(recheck, step, rows, target, found)
+    _check_rest(recheck, step, rows, found)
+    found.cost = recheck.problem.cost.regrasp
     found.check(
         "cost",
-        abs(step.cost - found.cost) <= referee.tolerances.cost * found.cost,
+        abs(step.cost - found.cost) <= recheck.tolerances.cost * found.cost,
         f"cost {step.cost:.9g} is claimed; Eq. (10) gives {found.cost:.9g}",
     )
 
 
-def _check_place(referee: Referee, step: RegraspStep, found: Findings) -> bool:
-    motion = referee.problem.motion
+def _check_place(recheck: Recheck, step: RegraspStep, found: Findings) -> bool:
+    motion = recheck.problem.motion
     if not found.check(
         "coordinates",
         len(step.at) == motion.dimension,
@@ -41,17 +41,17 @@ def _check_place(referee: Referee, step: RegraspStep, found: Findings) -> bool:
         f"({', '.join(motion.names)})",
     ):
         return False
-    off = outside(referee.problem, step.at)
+    off = outside(recheck.problem, step.at)
     return found.check(
         "coordinates",
-        off <= referee.tolerances.coordinate,
+        off <= recheck.tolerances.coordinate,
         f"'at' {list(step.at)} is out of bounds by {off:.3g} of the range",
     )
 
 
-def _check_finger(referee: Referee, step: RegraspStep, found: Findings) -> bool:
+def _check_finger(recheck: Recheck, step: RegraspStep, found: Findings) -> bool:
     """Judge which finger is lifted and the lists with one entry per finger."""
-    count, finger = referee.problem.fingers.count, step.finger
+    count, finger = recheck.problem.fingers.count, step.finger
     if not found.check(
         "lifted finger",
         finger < count,
@@ -66,7 +66,7 @@ def _check_finger(referee: Referee, step: RegraspStep, found: Findings) -> bool:
     ):
         return False
     held = step.placements[finger]
-    check_placement(referee, "from", step.from_, found)
+    check_placement(recheck, "from", step.from_, found)
     found.check(
         "lifted finger",
         (step.from_.face, step.from_.cell) == (held.face, held.cell),
@@ -83,35 +83,34 @@ def _check_finger(referee: Referee, step: RegraspStep, found: Findings) -> bool:
 
 
 def _check_target(
-    referee: Referee, step: RegraspStep, rows: Placements, target: int, found: Findings
+    recheck: Recheck, step: RegraspStep, rows: Placements, target: int, found: Findings
 ) -> None:
     found.check(
         "target",
         target != rows[step.finger],
-        f"finger {step.finger} is set down at {named(referee, target)}, where it was",
+        f"finger {step.finger} is set down at {named(recheck, target)}, where it was",
     )
     taken = [i for i, row in enumerate(rows) if row == target and i != step.finger]
     found.check(
         "target",
         not taken,
-        f"{named(referee, target)} is taken by finger {taken[0] if taken else ''}",
+        f"{named(recheck, target)} is taken by finger {taken[0] if taken else ''}",
     )
     after = (*rows[: step.finger], target, *rows[step.finger + 1 :])
-    reason = referee.blocked(referee.problem.motion.pose(step.at), after)
+    reason = recheck.blocked(recheck.problem.motion.pose(step.at), after)
     found.check(
-        "target", reason is None, f"finger {step.finger} at {named(referee, target)}: {reason}"
+        "target", reason is None, f"finger {step.finger} at {named(recheck, target)}: {reason}"
     )
 
 
-def _check_rest(referee: Referee, step: RegraspStep, rows: Placements, found: Findings) -> None:
+def _check_rest(recheck: Recheck, step: RegraspStep, rows: Placements, found: Findings) -> None:
     rest = tuple(i for i in range(len(rows)) if i != step.finger)
     hold = Hold(
-        contacts=referee.contacts(referee.problem.motion.moment(step.at)),
+        contacts=recheck.contacts(recheck.problem.motion.moment(step.at)),
         fingers=rest,
         rows=tuple(rows[i] for i in rest),
         modes=tuple(ControlMode(step.modes[i]) for i in rest),
         f_com=tuple(step.f_com[i] for i in rest),
         z=step.z,
-        segment=None,
     )
-    check_hold(referee, hold, found)
+    check_hold(recheck, hold, found)

@@ -1,10 +1,12 @@
-"""What a check found: per step what holds, and every violation with its reason."""
+"""What a check found: collected step by step, and told with every violation's reason."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
+
+from gm_ompl.writing import plain
 
 
 @dataclass(frozen=True)
@@ -29,22 +31,13 @@ class Violation:
             place += f", segment {self.segment}"
         return f"{place}: {self.topic}: {self.message}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the violation as plain values."""
-        return {
-            "step": self.step,
-            "segment": self.segment,
-            "topic": self.topic,
-            "message": self.message,
-        }
-
 
 @dataclass(frozen=True)
 class StepReport:
     """What holds in one step.
 
     Attributes:
-        number: the step's number, from 0.
+        step: the step's number, from 0.
         kind: "displacement" or "regrasp".
         where: what the step does, in coordinates and fingers.
         z: the least stability margin recomputed in the step; None where none could be.
@@ -53,7 +46,7 @@ class StepReport:
         failed: those of them with a violation.
     """
 
-    number: int
+    step: int
     kind: str
     where: str
     z: float | None
@@ -65,19 +58,6 @@ class StepReport:
     def holds(self) -> bool:
         """Whether nothing in the step is violated."""
         return not self.failed
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain values."""
-        return {
-            "step": self.number,
-            "kind": self.kind,
-            "where": self.where,
-            "holds": self.holds,
-            "z": self.z,
-            "cost": self.cost,
-            "checked": list(self.checked),
-            "failed": list(self.failed),
-        }
 
 
 @dataclass(frozen=True)
@@ -103,20 +83,15 @@ class CheckReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON."""
-        return {
-            "holds": self.holds,
-            "status": self.status,
-            "steps": [step.to_dict() for step in self.steps],
-            "violations": [violation.to_dict() for violation in self.violations],
-            "notes": list(self.notes),
-        }
+        steps = [{**plain(step), "holds": step.holds} for step in self.steps]
+        return {"holds": self.holds, **plain(self), "steps": steps}
 
     def table(self) -> str:
         """Return the report as text: a row per step, then violations and notes."""
         rows = [("step", "kind", "where", "least z", "cost", "holds")]
         rows += [
             (
-                str(step.number),
+                str(step.step),
                 step.kind,
                 step.where,
                 "-" if step.z is None else f"{step.z:.6g}",
@@ -143,3 +118,52 @@ def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
+
+
+@dataclass
+class Findings:
+    """What was judged, and what did not hold, in one step (or in the plan as a whole).
+
+    Attributes:
+        step: the step's number, or None for the plan as a whole.
+        violations: found so far.
+        checked: topics judged so far, in order.
+        z: the least margin recomputed so far.
+        cost: the step's recomputed cost.
+    """
+
+    step: int | None
+    violations: list[Violation] = field(default_factory=list)
+    checked: list[str] = field(default_factory=list)
+    z: float | None = None
+    cost: float | None = None
+
+    def check(self, topic: str, holds: bool, message: str = "", segment: int | None = None) -> bool:
+        """Note that ``topic`` was judged, and the violation if it does not hold."""
+        if topic not in self.checked:
+            self.checked.append(topic)
+        if not holds:
+            self.violations.append(Violation(self.step, segment, topic, message))
+        return holds
+
+    def margin(self, z: float) -> None:
+        """Note a recomputed margin."""
+        self.z = z if self.z is None else min(self.z, z)
+
+    def report(self, kind: str, where: str) -> StepReport:
+        """Return the step's report."""
+        failed = {violation.topic for violation in self.violations}
+        return StepReport(
+            step=-1 if self.step is None else self.step,
+            kind=kind,
+            where=where,
+            z=self.z,
+            cost=self.cost,
+            checked=tuple(self.checked),
+            failed=tuple(topic for topic in self.checked if topic in failed),
+        )
+
+
+def listed(values: Iterable[float]) -> str:
+    """Return numbers as a plan file's list."""
+    return "[" + ", ".join(f"{float(value):.9g}" for value in values) + "]"

@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gm_ompl.check.coordinates import gap, in_goal
-from gm_ompl.check.findings import Findings
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Recheck
+from gm_ompl.check.report import Findings
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.plan.model import (
-    DisplacementStep,
-    PlacementRecord,
-    Plan,
-    RegraspStep,
-)
+from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
 from gm_ompl.plan.record import PoseRecord
 
 AnyStep = DisplacementStep | RegraspStep
@@ -42,16 +37,16 @@ def _spots(placements: Sequence[PlacementRecord]) -> Spots:
 
 
 def check_continuity(
-    referee: Referee, last: AnyStep | None, step: AnyStep, found: Findings
+    recheck: Recheck, last: AnyStep | None, step: AnyStep, found: Findings
 ) -> None:
     """Judge whether ``step`` starts where ``last`` ended (or at the start, where None)."""
     if last is None:
-        _check_start(referee, step, found)
+        _check_start(recheck, step, found)
         return
-    off = gap(referee.problem, tail(step), head(last))
+    off = gap(recheck.problem, tail(step), head(last))
     found.check(
         "continuity",
-        off <= referee.tolerances.coordinate,
+        off <= recheck.tolerances.coordinate,
         f"starts at {list(tail(step))}; the last step ended at {list(head(last))}",
     )
     have, want = _spots(step.placements), _spots(placements_after(last))
@@ -62,7 +57,7 @@ def check_continuity(
     )
     if isinstance(step, DisplacementStep) and isinstance(last, DisplacementStep):
         off = _apart(step.pose_from, last.pose_to)
-        allowed = 2 * referee.tolerances.length * max(referee.diagonal, _size(last.pose_to))
+        allowed = 2 * recheck.tolerances.length * max(recheck.diagonal, _size(last.pose_to))
         found.check(
             "continuity",
             off <= allowed,
@@ -78,37 +73,37 @@ def _size(pose: PoseRecord) -> float:
     return max(abs(value) for value in pose.position)
 
 
-def _check_start(referee: Referee, step: AnyStep, found: Findings) -> None:
-    problem = referee.problem
+def _check_start(recheck: Recheck, step: AnyStep, found: Findings) -> None:
+    problem = recheck.problem
     off = gap(problem, tail(step), problem.start)
     found.check(
         "start",
-        off <= referee.tolerances.coordinate,
+        off <= recheck.tolerances.coordinate,
         f"the first step starts at {list(tail(step))}; the scenario's start is "
         f"{list(problem.start)}",
     )
-    _check_given(referee, "start", problem.fingers.start, step.placements, found)
+    _check_given(recheck, "start", problem.fingers.start, step.placements, found)
 
 
-def check_goal(referee: Referee, step: AnyStep, found: Findings) -> None:
+def check_goal(recheck: Recheck, step: AnyStep, found: Findings) -> None:
     """Judge whether the last step ends in the goal."""
-    problem, end = referee.problem, head(step)
+    problem, end = recheck.problem, head(step)
     inside = len(end) == problem.motion.dimension and in_goal(
-        problem, end, referee.tolerances.coordinate
+        problem, end, recheck.tolerances.coordinate
     )
     low, high = list(problem.goal.low), list(problem.goal.high)
     found.check("goal", inside, f"the last step ends at {list(end)}; the goal is {low} to {high}")
-    _check_given(referee, "goal", problem.fingers.goal, placements_after(step), found)
+    _check_given(recheck, "goal", problem.fingers.goal, placements_after(step), found)
 
 
 def _check_given(
-    referee: Referee,
+    recheck: Recheck,
     topic: str,
     given: Sequence[int | None],
     placements: Sequence[PlacementRecord],
     found: Findings,
 ) -> None:
-    table = referee.problem.fingers.placements
+    table = recheck.problem.fingers.placements
     for finger, (row, record) in enumerate(zip(given, placements, strict=False)):
         if row is not None:
             found.check(
@@ -119,18 +114,18 @@ def _check_given(
             )
 
 
-def check_totals(referee: Referee, plan: Plan, found: Findings) -> None:
+def check_totals(recheck: Recheck, plan: Plan, found: Findings) -> None:
     """Judge status, cost, number of regraspings, bound and the claim of optimality."""
     if not plan.has_plan:
         _check_no_plan(plan, found)
         return
     if not plan.steps:
-        _check_empty(referee, found)
+        _check_empty(recheck, found)
     cost = sum(step.cost for step in plan.steps)
     regrasps = sum(isinstance(step, RegraspStep) for step in plan.steps)
     found.check(
         "cost",
-        plan.cost is not None and abs(plan.cost - cost) <= referee.tolerances.cost * abs(cost),
+        plan.cost is not None and abs(plan.cost - cost) <= recheck.tolerances.cost * abs(cost),
         f"cost {plan.cost} is claimed; the steps' costs add up to {cost:.12g}",
     )
     found.check(
@@ -138,11 +133,11 @@ def check_totals(referee: Referee, plan: Plan, found: Findings) -> None:
         plan.regrasps == regrasps,
         f"{plan.regrasps} regrasps are claimed; the plan has {regrasps}",
     )
-    _check_bound(referee, plan, found)
+    _check_bound(recheck, plan, found)
 
 
-def _check_bound(referee: Referee, plan: Plan, found: Findings) -> None:
-    slack = 1.0 + referee.tolerances.optimal
+def _check_bound(recheck: Recheck, plan: Plan, found: Findings) -> None:
+    slack = 1.0 + recheck.tolerances.optimal
     if plan.cost is None:
         return
     if plan.lower_bound is not None:
@@ -173,12 +168,12 @@ def _check_no_plan(plan: Plan, found: Findings) -> None:
     found.check("status", not plan.optimal, f"status is {plan.status!r}; optimal must be false")
 
 
-def _check_empty(referee: Referee, found: Findings) -> None:
+def _check_empty(recheck: Recheck, found: Findings) -> None:
     """Judge "solved" without a step: the start must be in the goal already."""
-    problem = referee.problem
+    problem = recheck.problem
     found.check(
         "goal",
-        in_goal(problem, problem.start, referee.tolerances.coordinate),
+        in_goal(problem, problem.start, recheck.tolerances.coordinate),
         f"there are no steps, and the start {list(problem.start)} is not in the goal "
         f"{list(problem.goal.low)} to {list(problem.goal.high)}",
     )

@@ -8,14 +8,14 @@ from typing import final
 import numpy as np
 
 from gm_ompl.explain import remedies
-from gm_ompl.explain.attempts import finer, sampled, search
-from gm_ompl.explain.deadline import SECONDS, Deadline
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import first_failure, names, progress, whole_lane
-from gm_ompl.explain.regions import Region, whole_region
+from gm_ompl.explain.limits import Deadline
+from gm_ompl.explain.regions import Region, names, whole_lane, whole_region
+from gm_ompl.explain.remedies import finer, sampled, search
 from gm_ompl.explain.surveys import Scored, sets_at, survey
 from gm_ompl.explain.touching import contacts_at
 from gm_ompl.explain.values import (
+    SECONDS,
     Attempt,
     ContactLine,
     Explanation,
@@ -238,16 +238,10 @@ class _Explaining:
         return scored
 
     def _score(self, placements: Placements, backwards: bool) -> Scored:
-        if not self._on_path:
-            region = Region(self._explainer, placements, backwards)
-            line = region.failure()
-            blocked = None if line is None else line.finding
-            return placements, blocked, None if line is None else line.ratio, -region.nearest
-        line = first_failure(self._explainer, placements, backwards)
-        far = progress(self._problem, line, backwards)
-        if line is None:
-            return placements, None, None, far
-        return placements, line.finding, line.ratio, far
+        region = Region(self._explainer, placements, backwards)
+        line = region.failure()
+        blocked, ratio = (None, None) if line is None else (line.finding, line.ratio)
+        return placements, blocked, ratio, -region.nearest
 
 
 def _sentence(search: Status | None, attempts: Sequence[Attempt], surveys: Sequence[Survey]) -> str:

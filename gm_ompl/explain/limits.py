@@ -1,4 +1,4 @@
-"""How strong, how rough, how modest: the least change of one value with which a plan exists."""
+"""The least change of one value with which a plan exists, and the time that this may take."""
 
 from __future__ import annotations
 
@@ -7,15 +7,40 @@ import enum
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import clock
 from gm_ompl.arrays import Array
-from gm_ompl.explain.deadline import Deadline
 from gm_ompl.explain.values import Remedy
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
+
+
+@final
+class Deadline:
+    """A point in time; the clock is the budgets', which stands still while code is compiled.
+
+    Args:
+        seconds: from now.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._end = clock.now() + seconds
+
+    def left(self) -> float:
+        """Return the time left [s], at least 0."""
+        return max(0.0, self._end - clock.now())
+
+    def passed(self) -> bool:
+        """Whether no time is left."""
+        return self.left() <= 0.0
+
+    def part(self, share: float, most: float) -> Deadline:
+        """Return a deadline after ``share`` of the time left, in at most ``most`` seconds."""
+        return Deadline(min(most, share * self.left()))
+
 
 FAR = 100.0
 """No value is changed by more than this factor."""
@@ -97,37 +122,33 @@ def knobs(problem: Problem) -> Iterator[Knob]:
     """
     hand, environment = problem.fingers, problem.environment
 
-    def with_limits(values: Array) -> Problem:
-        changed = dataclasses.replace(hand, max_normal_force=values)
-        return dataclasses.replace(problem, fingers=changed)
+    def put(part: str, key: str, number: bool) -> Callable[[Array], Problem]:
+        def changed(values: Array) -> Problem:
+            value = float(values[0]) if number else values
+            whole = dataclasses.replace(getattr(problem, part), **{key: value})
+            return dataclasses.replace(problem, **{part: whole})
 
-    def with_tips(values: Array) -> Problem:
-        changed = dataclasses.replace(hand, friction=values)
-        return dataclasses.replace(problem, fingers=changed)
-
-    def with_ground(values: Array) -> Problem:
-        changed = dataclasses.replace(environment, friction=float(values[0]))
-        return dataclasses.replace(problem, environment=changed)
-
-    def with_z_min(values: Array) -> Problem:
-        changed = dataclasses.replace(problem.mechanics, z_min=float(values[0]))
-        return dataclasses.replace(problem, mechanics=changed)
+        return changed
 
     weight = problem.mass * problem.mechanics.gravity
     strongest = float(hand.max_normal_force.max(initial=0.0))
     most = FAR if weight <= 0.0 else min(FAR, MOST_WEIGHTS * weight / max(strongest, 1e-300))
-    z_min, ground = np.array([problem.mechanics.z_min]), np.array([environment.friction])
+    tips, ground = put("fingers", "friction", False), put("environment", "friction", True)
+    z_min, rough = np.array([problem.mechanics.z_min]), np.array([environment.friction])
     if hand.count:
-        key = "fingers.max_normal_force"
-        yield Knob(key, hand.max_normal_force, with_limits, True, True, most)
-    yield Knob("mechanics.z_min", z_min, with_z_min, False, True)
+        limits = put("fingers", "max_normal_force", False)
+        yield Knob("fingers.max_normal_force", hand.max_normal_force, limits, True, True, most)
+    yield Knob("mechanics.z_min", z_min, put("mechanics", "z_min", True), False, True)
     if hand.count:
-        rough = min(FAR, MOST_FRICTION / max(float(hand.friction.max()), FROM_ZERO))
-        yield Knob("friction.finger", hand.friction, with_tips, True, False, rough)
-    rough = min(FAR, MOST_FRICTION / max(environment.friction, FROM_ZERO))
-    yield Knob("friction.environment", ground, with_ground, True, False, rough)
+        yield Knob("friction.finger", hand.friction, tips, True, False, _rougher(hand.friction))
+    yield Knob("friction.environment", rough, ground, True, False, _rougher(rough))
     if environment.friction > 0.0:
-        yield Knob("friction.environment", ground, with_ground, False, False)
+        yield Knob("friction.environment", rough, ground, False, False)
+
+
+def _rougher(friction: Array) -> float:
+    """Return by what factor friction may grow."""
+    return min(FAR, MOST_FRICTION / max(float(friction.max()), FROM_ZERO))
 
 
 def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Deadline) -> Remedy:

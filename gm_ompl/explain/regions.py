@@ -1,20 +1,120 @@
-"""One set of placements in the plane: the nodes it reaches without regrasping."""
+"""One set of placements: where it fails along a path, and the nodes that it reaches."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from itertools import groupby
 from typing import final
 
 import numpy as np
 
 from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import blocked_at, names
-from gm_ompl.explain.values import InstantLine, SetLine
+from gm_ompl.explain.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.graph.goals import GoalNodes, start_node
+from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.problem import Placements
+from gm_ompl.problem import Placements, Problem
+
+LOOKS = (16, 128, 1024)
+"""Places looked at on an arc that is blocked between its midpoints."""
+
+
+def names(problem: Problem, placements: Placements) -> tuple[str, ...]:
+    """Return "FACE:[i, j]" per finger."""
+    table = problem.fingers.placements
+    return tuple(
+        f"{table.labels[int(table.face[row])]}:{table.cell[row].tolist()}" for row in placements
+    )
+
+
+def ends(problem: Problem) -> tuple[int, int]:
+    """Return the start's node and the goal's nearest node of a path.
+
+    Raises:
+        InputError: the start or the goal is off the lattice.
+    """
+    start = start_node(problem)
+    return start, min(GoalNodes(problem).nodes, key=lambda node: abs(node - start))
+
+
+def scan(
+    explainer: Explainer, placements: Placements
+) -> Iterator[tuple[Coordinates, Coordinates, Verdict]]:
+    """Yield (q, direction, verdict) from the start to the goal.
+
+    Nodes and arcs are judged by geometry, arcs throughout, and segments at their midpoints.
+    """
+    problem, judge = explainer.problem, explainer.judge
+    start, goal = ends(problem)
+    P, axis = problem.cost.samples_per_arc, problem.lattice.axes[0]
+    step = 1 if goal >= start else -1
+    places: list[tuple[Coordinates, Moment | None]] = [((float(axis[start]),), None)]
+    direction: Coordinates = (float(step),)
+    for k in range(start, goal, step):
+        tail, head = (float(axis[k]),), (float(axis[k + step]),)
+        direction = (head[0] - tail[0],)
+        hit = blocked_at(explainer, tail, head, placements)
+        if hit is not None:
+            places.append((hit, None))
+        middles = problem.motion.arc(tail, head).middles(P)
+        places += [(between(tail, head, (2 * j + 1) / (2 * P)), m) for j, m in enumerate(middles)]
+        places.append((head, None))
+    for q, moment in places:
+        if moment is not None:
+            yield q, direction, judge.segment(moment, placements)
+        elif not judge.placements_valid(problem.motion.pose(q), placements):
+            yield q, direction, Verdict(Finding.GEOMETRY)
+
+
+def blocked_at(
+    explainer: Explainer, tail: Coordinates, head: Coordinates, placements: Placements
+) -> Coordinates | None:
+    """Return where something penetrates on an arc that no node and no midpoint shows.
+
+    None where the arc is free, or where its ends or midpoints tell already.
+    """
+    problem, judge = explainer.problem, explainer.judge
+    arc, P = problem.motion.arc(tail, head), problem.cost.samples_per_arc
+    if judge.along(arc).admits(placements):
+        return None
+    shown = (arc.start, arc.end, *(moment.pose for moment in arc.middles(P)))
+    if not all(judge.placements_valid(pose, placements) for pose in shown):
+        return None
+    for count in LOOKS:
+        for k in range(count):
+            t = (k + 0.5) / count
+            if not judge.placements_valid(arc.pose(t), placements):
+                return between(tail, head, t)
+    return between(tail, head, 0.5)
+
+
+def whole_lane(explainer: Explainer, placements: Placements) -> SetLine:
+    """Return all that blocks a set of placements along the path."""
+    lines = []
+    for q, direction, verdict in scan(explainer, placements):
+        lines.append(explainer.line(q, direction, placements, verdict))
+    failing = [line for line in lines if line.finding is not Finding.HOLDS]
+    ratios = [line.ratio for line in lines if line.ratio is not None]
+    return SetLine(
+        placements=names(explainer.problem, placements),
+        holds=not failing,
+        forward=failing[0] if failing else None,
+        backward=failing[-1] if failing else None,
+        stretches=tuple(_stretches(lines)),
+        ratio=min(ratios, default=None),
+    )
+
+
+def _stretches(lines: list[InstantLine]) -> Iterator[Stretch]:
+    for (finding, blocked), group in groupby(lines, key=lambda g: (g.finding, g.blocked_by)):
+        if finding is Finding.HOLDS:
+            continue
+        part = list(group)
+        ratios = [line.ratio for line in part if line.ratio is not None]
+        yield Stretch(part[0].q[0], part[-1].q[0], finding, blocked, min(ratios, default=None))
+
 
 NODES = 1500
 """Nodes visited per set and end."""
@@ -48,9 +148,8 @@ class Region:
         queue = deque(self.nodes)
         while queue and len(self.nodes) < NODES and not explainer.stop():
             for node in self._next(queue.popleft()):
-                if node not in self.nodes:
-                    self.nodes.add(node)
-                    queue.append(node)
+                self.nodes.add(node)
+                queue.append(node)
         self.cut_short = bool(queue)
         self.arrived = any(node in self.nodes for node in ends)
 
@@ -66,12 +165,12 @@ class Region:
         return valid
 
     def _next(self, node: int) -> Iterator[int]:
-        """Yield the nodes that an arc joins to ``node``; remember failures."""
+        """Yield the new nodes that an arc joins to ``node``; remember failures."""
         lattice = self._explainer.problem.lattice
         here = lattice.coordinates(node)
         for other, there in lattice.neighbours(node):
             tail, head = (there, here) if self._backwards else (here, there)
-            if self._holds(tail, head, there):
+            if other not in self.nodes and self._holds(tail, head, there):
                 yield other
 
     def _holds(self, tail: Coordinates, head: Coordinates, new: Coordinates) -> bool:

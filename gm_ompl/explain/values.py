@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from gm_ompl.feasibility.verdict import Finding
+from gm_ompl.writing import plain
+
+SECONDS = 30.0
+"""What an explanation may take, its searches included."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,6 @@ class SetLine:
         backward: the first that fails coming back from the goal; None where none does.
         stretches: all that fails along a path; empty in the plane.
         ratio: least z / z_min where geometry holds; None where nothing was judged.
-        lifts: at the last node before ``forward``, per finger, z / z_min of the others at rest.
         nodes_from_start: in the plane, nodes reached from the start without regrasping.
         nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
         cut_short: in the plane, whether there may be more nodes: ``holds`` is not settled then.
@@ -94,7 +95,6 @@ class SetLine:
     backward: InstantLine | None
     stretches: tuple[Stretch, ...] = ()
     ratio: float | None = None
-    lifts: tuple[float | None, ...] = ()
     nodes_from_start: int | None = None
     nodes_to_goal: int | None = None
     cut_short: bool = False
@@ -223,17 +223,5 @@ class Explanation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists, mappings, numbers and text, no infinity among them."""
-        tree: dict[str, Any] = _plain(dataclasses.asdict(self))
+        tree: dict[str, Any] = plain(self)
         return tree
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Finding):
-        return value.name.lower()
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

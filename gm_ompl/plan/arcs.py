@@ -12,9 +12,16 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.screw import Screw, Slide, Tumble
 from gm_ompl.motion.straight import Straight
-from gm_ompl.plan.arc_model import ArcRecord, Line, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.plan.model import DisplacementStep
-from gm_ompl.plan.record import PoseRecord
+from gm_ompl.plan.record import (
+    ArcRecord,
+    PoseRecord,
+    RotationArc,
+    StraightArc,
+    StraightLine,
+    TranslationArc,
+    Turn,
+)
 
 
 def arc_record(arc: Arc) -> ArcRecord:
@@ -34,7 +41,7 @@ def _screw(arc: Screw) -> ArcRecord:
 
 
 def _straight(arc: Straight) -> ArcRecord:
-    return StraightArc(straight=Line(from_=arc.tail, to=arc.head))
+    return StraightArc(straight=StraightLine(from_=arc.tail, to=arc.head))
 
 
 _WRITERS: dict[type, Callable[[Any], ArcRecord]] = {Screw: _screw, Straight: _straight}

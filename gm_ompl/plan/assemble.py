@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan.arcs import arc_record
 from gm_ompl.plan.model import (
@@ -22,8 +21,10 @@ from gm_ompl.plan.model import (
     Statistics,
     Status,
 )
-from gm_ompl.plan.record import PoseRecord, Vector
+from gm_ompl.plan.record import PlanPart, PoseRecord
 from gm_ompl.problem import Problem
+
+Part = TypeVar("Part", bound=PlanPart)
 
 ROUNDING = 1e-9  # a solver may return f_com this far (relative to f_max) outside [0, f_max]
 
@@ -114,16 +115,17 @@ def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
         for decision in move.segments
     )
     arc = problem.motion.arc(move.start, move.end)
-    return DisplacementStep(
+    return _made(
+        DisplacementStep,
         kind="displacement",
-        from_=_floats(move.start),
-        to=_floats(move.end),
+        from_=move.start,
+        to=move.end,
         arc=arc_record(arc),
         pose_from=pose_record(arc.start),
         pose_to=pose_record(arc.end),
-        placements=tuple(placement_record(problem, row) for row in move.placements),
+        placements=[placement_record(problem, row) for row in move.placements],
         segments=segments,
-        cost=float(move.cost),
+        cost=move.cost,
     )
 
 
@@ -133,19 +135,25 @@ def _regrasp(problem: Problem, move: Regrasp) -> RegraspStep:
     f_com = list(move.rest.f_com)
     f_com.insert(move.finger, None)
     limits = problem.fingers.max_normal_force
-    return RegraspStep(
+    return _made(
+        RegraspStep,
         kind="regrasp",
-        at=_floats(move.at),
-        finger=int(move.finger),
+        at=move.at,
+        finger=move.finger,
         from_=placement_record(problem, move.placements[move.finger]),
         to=placement_record(problem, move.target),
         way=None,
-        placements=tuple(placement_record(problem, row) for row in move.placements),
-        modes=tuple(modes),
-        f_com=tuple(_within(f, m) for f, m in zip(f_com, limits, strict=True)),
-        z=float(move.rest.z),
-        cost=float(move.cost),
+        placements=[placement_record(problem, row) for row in move.placements],
+        modes=modes,
+        f_com=[_within(f, m) for f, m in zip(f_com, limits, strict=True)],
+        z=move.rest.z,
+        cost=move.cost,
     )
+
+
+def _made(part: type[Part], **values: Any) -> Part:
+    """Return a part of a plan; lists and numpy's numbers become tuples and plain numbers."""
+    return part.model_validate(values, strict=False)
 
 
 def _modes(decision: ModeDecision) -> tuple[Mode, ...]:
@@ -159,27 +167,19 @@ def _within(force: float | None, limit: float) -> float | None:
     return min(max(float(force), 0.0), float(limit))
 
 
-def _floats(q: Coordinates) -> tuple[float, ...]:
-    return tuple(float(value) for value in q)
-
-
-def _vector(values: Sequence[float]) -> Vector:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
 def pose_record(pose: Pose) -> PoseRecord:
     """Return a pose as the file states it."""
-    w, x, y, z = (float(value) for value in pose.quaternion())
-    return PoseRecord(position=_vector(pose.position.tolist()), quaternion=(w, x, y, z))
+    position, quaternion = pose.position.tolist(), pose.quaternion().tolist()
+    return _made(PoseRecord, position=position, quaternion=quaternion)
 
 
 def placement_record(problem: Problem, row: int) -> PlacementRecord:
     """Return row ``row`` of the placement table, object frame."""
     table = problem.fingers.placements
-    return PlacementRecord(
+    return _made(
+        PlacementRecord,
         face=table.labels[int(table.face[row])],
-        cell=(int(table.cell[row, 0]), int(table.cell[row, 1])),
-        point=_vector(table.points[row].tolist()),
-        normal=_vector(table.normals[row].tolist()),
+        cell=table.cell[row].tolist(),
+        point=table.points[row].tolist(),
+        normal=table.normals[row].tolist(),
     )

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import MisfitError, PlanFileError
-from gm_ompl.plan.arc_model import RotationArc
 from gm_ompl.plan.files import KIND, MAX_SHOWN
-from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
+from gm_ompl.plan.model import Plan
 from gm_ompl.plan.places import where
-from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Problem
 from gm_ompl.reading import one_line, read_text
 from gm_ompl.scenario.scenario import Scenario
@@ -61,47 +59,28 @@ def in_file(error: MisfitError, path: Path) -> PlanFileError:
     return PlanFileError("\n".join(map(one_line, lines)))
 
 
+UNIT_VECTORS = ("quaternion", "axis", "normal")
+PER_FINGER = ("placements", "modes", "f_com")
+"""Keys of a step, at any depth, whose values are of length 1; that have an entry per finger."""
+
+
 def mistakes(plan: Plan, problem: Problem) -> Iterator[Mistake]:
     """Yield where steps do not fit the scenario, or hold numbers that nothing can be done with."""
-    for number, step in enumerate(plan.steps):
+    document, count = plan.to_dict(), problem.fingers.count
+    for number, step in enumerate(document["steps"]):
         place: Place = ("steps", number)
-        yield from (
-            _regrasp(place, step, problem)
-            if isinstance(step, RegraspStep)
-            else (_displacement(place, step, problem))
-        )
-    document = plan.to_dict()
-    for key in ("steps", "cost", "lower_bound"):
-        yield from _large((key,), document[key])
-    yield from _large(("statistics", "history"), document["statistics"]["history"])
-
-
-def _displacement(place: Place, step: DisplacementStep, problem: Problem) -> Iterator[Mistake]:
-    yield from _coordinates((*place, "from"), step.from_, problem)
-    yield from _coordinates((*place, "to"), step.to, problem)
-    yield from _pose((*place, "pose_from"), step.pose_from)
-    yield from _pose((*place, "pose_to"), step.pose_to)
-    if isinstance(step.arc, RotationArc):
-        yield from _unit((*place, "arc", "rotation", "axis"), step.arc.rotation.axis)
-    yield from _per_finger(place, step, ("placements",), problem)
-    for i, placement in enumerate(step.placements):
-        yield from _unit((*place, "placements", i, "normal"), placement.normal)
-    if not step.segments:
-        yield (*place, "segments"), "[]: a displacement has at least one segment"
-    for j, segment in enumerate(step.segments):
-        yield from _per_finger((*place, "segments", j), segment, ("modes", "f_com"), problem)
-
-
-def _regrasp(place: Place, step: RegraspStep, problem: Problem) -> Iterator[Mistake]:
-    yield from _coordinates((*place, "at"), step.at, problem)
-    yield from _per_finger(place, step, ("placements", "modes", "f_com"), problem)
-    if step.finger >= problem.fingers.count:
-        last = problem.fingers.count - 1
-        yield (*place, "finger"), f"{step.finger}: the scenario's fingers are 0 to {last}"
-    yield from _unit((*place, "from", "normal"), step.from_.normal)
-    yield from _unit((*place, "to", "normal"), step.to.normal)
-    for i, placement in enumerate(step.placements):
-        yield from _unit((*place, "placements", i, "normal"), placement.normal)
+        regrasp = step["kind"] == "regrasp"
+        for key in ("at",) if regrasp else ("from", "to"):
+            yield from _coordinates((*place, key), step[key], problem)
+        if regrasp and step["finger"] >= count:
+            fingers = f"0 to {count - 1}"
+            yield (*place, "finger"), f"{step['finger']}: the scenario's fingers are {fingers}"
+        if not regrasp and not step["segments"]:
+            yield (*place, "segments"), "[]: a displacement has at least one segment"
+        yield from _anywhere(place, step, count)
+    for key in ("cost", "lower_bound"):
+        yield from _anywhere((key,), document[key], count)
+    yield from _anywhere(("statistics", "history"), document["statistics"]["history"], count)
 
 
 def _coordinates(place: Place, q: Sequence[float], problem: Problem) -> Iterator[Mistake]:
@@ -118,29 +97,14 @@ def _coordinates(place: Place, q: Sequence[float], problem: Problem) -> Iterator
             yield (*place, k), f"{value:g}: the scenario's {motion.names[k]} is {low:g} to {high:g}"
 
 
-def _per_finger(
-    place: Place, part: Any, names: Sequence[str], problem: Problem
-) -> Iterator[Mistake]:
-    count = problem.fingers.count
-    for name in names:
-        have = len(getattr(part, name))
-        if have != count:
-            yield (*place, name), f"{have} given; the scenario in the plan has {count} fingers"
-
-
-def _pose(place: Place, pose: PoseRecord) -> Iterator[Mistake]:
-    yield from _unit((*place, "quaternion"), pose.quaternion)
-
-
-def _unit(place: Place, vector: Sequence[float]) -> Iterator[Mistake]:
-    length = math.hypot(*vector)
-    if not abs(length - 1.0) <= UNIT:
-        yield place, f"{list(vector)}: must have length 1, has {length:g}"
-
-
-def _large(place: Place, value: Any) -> Iterator[Mistake]:
-    if isinstance(value, (dict, list)):
+def _anywhere(place: Place, value: Any, count: int) -> Iterator[Mistake]:
+    """Yield what is wrong with a value by its key, at any depth, and with numbers."""
+    if place[-1] in UNIT_VECTORS and not abs(math.hypot(*value) - 1.0) <= UNIT:
+        yield place, f"{value}: must have length 1, has {math.hypot(*value):g}"
+    if place[-1] in PER_FINGER and len(value) != count:
+        yield place, f"{len(value)} given; the scenario in the plan has {count} fingers"
+    if isinstance(value, dict | list):
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-            yield from _large((*place, key), item)
-    elif isinstance(value, (int, float)) and abs(value) > LARGEST:
+            yield from _anywhere((*place, key), item, count)
+    elif isinstance(value, int | float) and abs(value) > LARGEST:
         yield place, f"{value:g}: must be from {-LARGEST:g} to {LARGEST:g}"

@@ -13,8 +13,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from gm_ompl.plan import files
-from gm_ompl.plan.arc_model import ArcRecord
-from gm_ompl.plan.record import PoseRecord, Record, Vector
+from gm_ompl.plan.record import ArcRecord, PlanPart, PoseRecord, Vector
 
 FORMAT: Final = "gm-ompl-plan/2"
 
@@ -23,7 +22,7 @@ Mode: TypeAlias = Literal["position", "force"]
 Json: TypeAlias = dict[str, Any]
 
 
-class PlacementRecord(Record):
+class PlacementRecord(PlanPart):
     """Where a finger touches the object.
 
     Attributes:
@@ -39,7 +38,7 @@ class PlacementRecord(Record):
     normal: Vector
 
 
-class SegmentRecord(Record):
+class SegmentRecord(PlanPart):
     """One segment of a displacement arc, judged at its midpoint.
 
     Attributes:
@@ -53,7 +52,7 @@ class SegmentRecord(Record):
     z: float
 
 
-class DisplacementStep(Record):
+class DisplacementStep(PlanPart):
     """One arc for displacement of the object, the fingertips fixed on it.
 
     Attributes:
@@ -80,7 +79,7 @@ class DisplacementStep(Record):
     cost: float
 
 
-class RegraspStep(Record):
+class RegraspStep(PlanPart):
     """One arc for regrasping: a finger changes its placement while the object rests.
 
     Attributes:
@@ -113,7 +112,7 @@ class RegraspStep(Record):
 Step: TypeAlias = Annotated[DisplacementStep | RegraspStep, Field(discriminator="kind")]
 
 
-class Statistics(Record):
+class Statistics(PlanPart):
     """What the search did; a planner may add keys.
 
     Attributes:
@@ -137,7 +136,7 @@ class Statistics(Record):
         return self
 
 
-class Plan(Record):
+class Plan(PlanPart):
     """A plan, or the reason why there is none.
 
     Attributes:
@@ -191,6 +190,12 @@ class Plan(Record):
         """The smallest stability margin; None without a plan."""
         rests = (step.z for step in self.steps if step.kind == "regrasp")
         return min((*rests, *(part.z for part in self.segments)), default=None)
+
+    @classmethod
+    def schema_of_files(cls) -> Json:
+        """Return the JSON Schema of plan files, which ``plan.schema.json`` holds."""
+        schema = cls.model_json_schema(by_alias=True, mode="serialization")
+        return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""

@@ -1,16 +1,16 @@
-"""What the parts of a plan file have in common, and poses."""
+"""What the parts of a plan file have in common, poses, and how a plan file states an arc."""
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, ConfigDict
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
 Vector: TypeAlias = tuple[float, float, float]
 _Quaternion: TypeAlias = tuple[float, float, float, float]
 
 
-class Record(BaseModel):
+class PlanPart(BaseModel):
     """What all parts of a plan share: frozen, strictly typed, no unknown key, no NaN."""
 
     model_config = ConfigDict(
@@ -30,7 +30,7 @@ def not_zero(value: tuple[float, ...]) -> tuple[float, ...]:
     return value
 
 
-class PoseRecord(Record):
+class PoseRecord(PlanPart):
     """Where the object is.
 
     Attributes:
@@ -40,3 +40,83 @@ class PoseRecord(Record):
 
     position: Vector
     quaternion: Annotated[_Quaternion, AfterValidator(not_zero)]
+
+
+class TranslationArc(PlanPart):
+    """The object moves without turning.
+
+    Attributes:
+        translation: the whole way, world frame.
+    """
+
+    translation: Vector
+
+
+class Turn(PlanPart):
+    """A turn about a line fixed in the world.
+
+    Attributes:
+        point: of the line.
+        axis: unit, the line's direction.
+        angle: the whole turn about ``axis`` [rad].
+    """
+
+    point: Vector
+    axis: Annotated[Vector, AfterValidator(not_zero)]
+    angle: float
+
+
+class RotationArc(PlanPart):
+    """The object turns about a line.
+
+    Attributes:
+        rotation: the turn.
+    """
+
+    rotation: Turn
+
+
+class StraightLine(PlanPart):
+    """A straight line in x, y and yaw [rad].
+
+    Attributes:
+        from_: where it begins (``from`` in the file).
+        to: where it ends.
+    """
+
+    from_: Vector = Field(validation_alias="from", serialization_alias="from")
+    to: Vector
+
+
+class StraightArc(PlanPart):
+    """Position in the plane and yaw change linearly at once.
+
+    Attributes:
+        straight: from where to where.
+    """
+
+    straight: StraightLine
+
+
+KINDS = ("translation", "rotation", "straight")
+
+
+def _kind(value: Any) -> str | None:
+    """Return the tag of an arc's kind; tags must not look like keys of the file."""
+    for kind in KINDS:
+        if kind in value if isinstance(value, dict) else hasattr(value, kind):
+            return f"arc: {kind}"
+    return None
+
+
+ArcRecord: TypeAlias = Annotated[
+    Annotated[TranslationArc, Tag("arc: translation")]
+    | Annotated[RotationArc, Tag("arc: rotation")]
+    | Annotated[StraightArc, Tag("arc: straight")],
+    Discriminator(
+        _kind,
+        custom_error_type="arc_kind",
+        custom_error_message="must have one of the keys " + ", ".join(KINDS),
+    ),
+]
+"""One arc: exactly one kind."""

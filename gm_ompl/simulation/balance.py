@@ -48,7 +48,7 @@ def balance(
     problem: Problem,
     moment: Moment,
     placements: Sequence[PlacementRecord],
-    force: Sequence[bool],
+    force: BoolArray,
     f_com: Array,
     lifted: int | None = None,
 ) -> Balance:
@@ -58,15 +58,14 @@ def balance(
         problem: the scenario.
         moment: where the object is and how it moves.
         placements: per finger.
-        force: per finger, whether it is force-controlled.
+        force: (n,), whether each finger is force-controlled.
         f_com: (n,), commanded normal forces; counts where ``force`` says so.
         lifted: a finger that does not touch.
     """
     n = len(placements)
     down = [i for i in range(n) if i != lifted]
     model = statics_at(problem, moment, placements, down)
-    forced = np.array([bool(force[i]) for i in down], dtype=bool)
-    commanded = np.array([f_com[i] for i in down]) / model.scale
+    forced, commanded = force[down], f_com[down] / model.scale
     forces, least, most = np.zeros((n, 3)), np.full(n, np.nan), np.full(n, np.nan)
     program = _program(model, forced, commanded)
     found = highs.solve(program)
@@ -79,10 +78,7 @@ def balance(
 
 
 def statics_at(
-    problem: Problem,
-    moment: Moment,
-    placements: Sequence[PlacementRecord],
-    down: Sequence[int],
+    problem: Problem, moment: Moment, placements: Sequence[PlacementRecord], down: Sequence[int]
 ) -> Statics:
     """Return the mechanics of Sec. 2.2 at one place of a plan, the fingers ``down`` touching."""
     contacts = contacts_at(moment, problem.body, problem.environment)

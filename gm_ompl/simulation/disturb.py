@@ -1,87 +1,64 @@
-"""Pulses of disturbance against an execution: what z promises, and the largest withstood."""
+"""Pulses of disturbance put on an execution: at random, where z is least, and ever stronger.
+
+Playing a plan back shows that the motion works. It does not show z: a finger that is there for
+disturbances alone is not missed before a disturbance comes. Problem (6) says that every wrench
+z l_i can be resisted; here such wrenches act on the execution.
+"""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from gm_ompl.arrays import IntArray
-from gm_ompl.reference.stability import DIRECTIONS
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.plan.arcs import arc_of
+from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.reference.stability import DIRECTIONS, resistances
+from gm_ompl.simulation.balance import statics_at
 from gm_ompl.simulation.execute import Setup
-from gm_ompl.simulation.pulses import PULSE, REST, Disturber, Trial
-from gm_ompl.simulation.report import plain
+from gm_ompl.simulation.measure import MOVE, force_unit
+from gm_ompl.simulation.pulses import Disturber, PulseReport, direction_name
+from gm_ompl.simulation.segments import commanded
 from gm_ompl.simulation.timeline import PHASES
 
 STEADY = 1e6
 """A margin above this many times the force unit is no number to scale a pulse by."""
 
+PROBED = 0.8
+"""Strength of the pulses where z is least, of the z l_i that the plan claims to resist."""
 
-@dataclass(frozen=True)
-class DisturbanceReport:
-    """All pulses of one strength.
+LOOKS = 4
+"""Places looked at in each part of the motion, beside the one that claims least."""
 
-    Attributes:
-        fraction: peak of the pulses over z.
-        pulse: their length [s].
-        rest: time from the end of a pulse to the judgement [s].
-        trials: in order of time.
-    """
+DOUBT = 0.99
+"""A place is taken before an earlier one if it resists less than this of that one's share."""
 
-    fraction: float
-    pulse: float
-    rest: float
-    trials: tuple[Trial, ...]
+ALIKE = 1e-6
+"""Resistances that differ by less, relatively, are equal: the first direction is taken."""
 
-    @property
-    def share(self) -> float:
-        """Share of the pulses withstood."""
-        return sum(trial.withstood for trial in self.trials) / max(len(self.trials), 1)
+LADDER = (0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
+"""Strengths tried in turn for the largest withstood, over z."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the report as plain values, ready for JSON."""
-        return {"share": self.share, **plain(asdict(self))}
-
-    def table(self) -> str:
-        """Return the report as lines of text."""
-        lost = [trial for trial in self.trials if not trial.withstood]
-        lines = [
-            f"disturbances of {self.fraction:g} z, pulses of {self.pulse:g} s: "
-            f"{len(self.trials) - len(lost)} of {len(self.trials)} withstood "
-            f"({100 * self.share:.1f}%)"
-        ]
-        for phase in PHASES:
-            of_phase = [trial for trial in self.trials if trial.phase == phase]
-            if of_phase:
-                held = sum(trial.withstood for trial in of_phase)
-                lines.append(f"  while {phase:8} {held} of {len(of_phase)}")
-        lines += [
-            f"  lost at {trial.time:.2f} s ({trial.phase}), {_name(trial.direction)}, "
-            f"z {trial.z:.3g}: {100 * trial.offset:.2g}% of D off, slipping {100 * trial.slip:.2g}%"
-            for trial in lost[:10]
-        ]
-        return "\n".join(lines)
+AROUND = 19
+"""Directions in which each of them is tried: a quarter of the 76."""
 
 
-def _name(direction: int) -> str:
-    return "a random direction" if direction < 0 else f"direction {direction}"
+def _finite(setup: Setup) -> BoolArray:
+    """Return (T,), where the plan claims a margin that a pulse can be scaled by."""
+    z = setup.timeline.z
+    return np.isfinite(z) & (z < STEADY / setup.units.force)
 
 
 def instants(setup: Setup, count: int, rng: np.random.Generator) -> IntArray:
-    """Return instants, in order, drawn evenly from the first motion to the end of the last.
-
-    Where the plan states an infinite z there is nothing to scale a pulse by: none is drawn there.
-    """
-    line = setup.timeline
-    moving = np.flatnonzero(line.phase == PHASES.index("move"))
+    """Return instants, in order, drawn evenly from the first motion to the end of the last."""
+    moving = np.flatnonzero(setup.timeline.phase == MOVE)
     usable = np.arange(moving[0], moving[-1] + 1)
-    finite = np.isfinite(line.z[usable]) & (line.z[usable] < STEADY / setup.units.force)
-    drawn: IntArray = np.sort(rng.choice(usable[finite], count))
+    drawn: IntArray = np.sort(rng.choice(usable[_finite(setup)[usable]], count))
     return drawn
 
 
-def disturb(setup: Setup, fraction: float, count: int, seed: int) -> DisturbanceReport:
+def disturb(setup: Setup, fraction: float, count: int, seed: int) -> PulseReport:
     """Put ``count`` pulses on the execution, each on a fresh one.
 
     Half go in the 76 directions in turn, half in random ones, at random times.
@@ -102,14 +79,55 @@ def disturb(setup: Setup, fraction: float, count: int, seed: int) -> Disturbance
         direction = DIRECTIONS[number] if number >= 0 else rng.normal(size=6)
         unit = direction / np.linalg.norm(direction)
         trials.append(disturber.trial(instant, unit, number, fraction))
-    return DisturbanceReport(fraction, PULSE, REST, tuple(trials))
+    return PulseReport(fraction, tuple(trials))
 
 
-LADDER = (0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
-"""Strengths tried in turn for the largest withstood, over z."""
+def probe(setup: Setup, count: int) -> PulseReport:
+    """Put ``count`` pulses on the execution, each on a fresh one, spread over the whole motion.
 
-AROUND = 19
-"""Directions in which each of them is tried: a quarter of the 76."""
+    The motion is cut into ``count`` equal parts. In each the pulse comes where the least z is
+    claimed, or where more is claimed (at least z_min) than what is executed resists, in the
+    direction in which it resists least.
+
+    Args:
+        setup: the plan, made ready.
+        count: number of pulses; none comes in a part where z is infinite.
+    """
+    usable = np.flatnonzero((setup.timeline.phase == MOVE) & _finite(setup))
+    places = [_doubtful(setup, part) for part in np.array_split(usable, count) if len(part)]
+    disturber = Disturber(setup, [instant for instant, _ in places])
+    trials = (disturber.trial(k, DIRECTIONS[i], i, PROBED) for k, i in places)
+    return PulseReport(PROBED, tuple(trials))
+
+
+def _doubtful(setup: Setup, part: IntArray) -> tuple[int, int]:
+    """Return the instant of ``part`` to try, and the direction in which least is resisted there.
+
+    Of the place that claims the least z and a few others it is the one where what is executed
+    resists least of what is claimed; where all resist what they claim, the first.
+    """
+    z, z_min = setup.timeline.z, setup.problem.mechanics.z_min
+    others = part[np.linspace(0, len(part) - 1, LOOKS + 2)[1:-1].astype(int)]
+    best, chosen = np.inf, (-1, -1)
+    for instant in [int(part[np.argmin(z[part])]), *others.tolist()]:
+        found = resisted(setup, instant)
+        least = float(found.min())
+        share = min(least * force_unit(setup.problem) / max(float(z[instant]), z_min), 1.0)
+        if share < best * DOUBT:
+            number = int(np.flatnonzero(found <= least * (1.0 + ALIKE))[0])
+            best, chosen = share, (instant, number)
+    return chosen
+
+
+def resisted(setup: Setup, instant: int) -> Array:
+    """Return z_i, (76,), of what is executed at an instant of motion, over ``Statics.scale``."""
+    line, problem = setup.timeline, setup.problem
+    step, k = setup.plan.steps[int(line.step[instant])], int(line.segment[instant])
+    assert isinstance(step, DisplacementStep)
+    middle = arc_of(step).middles(len(step.segments))[k]
+    model = statics_at(problem, middle, step.placements, range(problem.fingers.count))
+    force, f_com = commanded(step.segments[k])
+    return resistances(model, np.where(force, f_com / model.scale, model.f_max), force)
 
 
 @dataclass(frozen=True)
@@ -131,9 +149,9 @@ class Largest:
     fraction: float
     direction: int
 
-    def line(self) -> str:
+    def table(self) -> str:
         """Return it as a line of text."""
-        lost = "" if self.direction < 0 else f"; direction {self.direction} first to be lost"
+        lost = f"; {direction_name(self.direction)} first to be lost" if self.direction >= 0 else ""
         return (
             f"  at {self.time:.2f} s ({self.phase}) z is {self.z:.3g}, withstood "
             f"{self.fraction:g} z{lost}"
@@ -148,32 +166,20 @@ def largest(setup: Setup, count: int, seed: int) -> tuple[Largest, ...]:
         count: number of times.
         seed: of times and directions.
     """
-    rng = np.random.default_rng(seed)
-    when = instants(setup, count, rng)
-    disturber = Disturber(setup, when.tolist())
+    rng, line = np.random.default_rng(seed), setup.timeline
+    when = instants(setup, count, rng).tolist()
+    disturber = Disturber(setup, when)
+    units = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
     found = []
-    for instant in when.tolist():
+    for k in when:
         tried = rng.permutation(len(DIRECTIONS))[:AROUND].tolist()
         reached, lost = 0.0, -1
         for fraction in LADDER:
-            trials = (_try(disturber, instant, number, fraction) for number in tried)
+            trials = (disturber.trial(k, units[i], i, fraction) for i in tried)
             lost = next((trial.direction for trial in trials if not trial.withstood), -1)
             if lost >= 0:
                 break
             reached = fraction
-        line = setup.timeline
-        found.append(
-            Largest(
-                time=float(line.time[instant]),
-                phase=PHASES[int(line.phase[instant])],
-                z=float(line.z[instant]),
-                fraction=reached,
-                direction=lost,
-            )
-        )
+        phase = PHASES[int(line.phase[k])]
+        found.append(Largest(float(line.time[k]), phase, float(line.z[k]), reached, lost))
     return tuple(found)
-
-
-def _try(disturber: Disturber, instant: int, number: int, fraction: float) -> Trial:
-    direction = DIRECTIONS[number] / np.linalg.norm(DIRECTIONS[number])
-    return disturber.trial(instant, direction, number, fraction)

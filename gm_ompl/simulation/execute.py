@@ -1,10 +1,11 @@
-"""Execute a plan in simulation and judge what happened."""
+"""Execute a plan in simulation, as modelled or in worlds a few per cent off, and judge it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,14 +13,13 @@ from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.measure import Measurement
-from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
 from gm_ompl.simulation.report import Allowed, ExecutionReport
 from gm_ompl.simulation.schedule import schedule
-from gm_ompl.simulation.timeline import Timeline
-from gm_ompl.simulation.units import Units
-from gm_ompl.simulation.world import World, world
+from gm_ompl.simulation.timeline import Pace, Timeline
+from gm_ompl.simulation.world import KINDS, Units, World, lifted, varied, world
+from gm_ompl.writing import plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +125,7 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
         inertia=inertia,
         inertia_share=share,
     )
-    found = tuple(_findings(shown, setup, slack))
-    return ExecutionReport(**{**vars(shown), "findings": found})
+    return replace(shown, findings=tuple(_findings(shown, setup, slack)))
 
 
 def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
@@ -154,3 +153,75 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
     if report.z < z_min * (1.0 - 1e-6):
         found.append(f"the plan states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
     return found
+
+
+@dataclass(frozen=True)
+class VariationReport:
+    """Executions of one plan in several worlds.
+
+    Attributes:
+        error_limit: the greatest error, 0.03 for three per cent.
+        kinds: what is off: ``KINDS`` or some of them.
+        z: the smallest stability margin that the plan states.
+        runs: by the seed of the errors.
+    """
+
+    error_limit: float
+    kinds: tuple[str, ...]
+    z: float
+    runs: dict[int, ExecutionReport]
+
+    @property
+    def share(self) -> float:
+        """Share of the executions that held."""
+        return sum(run.holds for run in self.runs.values()) / max(len(self.runs), 1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        kept = ("holds", "findings", "end_position", "end_angle")
+        runs = [
+            {"seed": seed, **{name: plain(getattr(run, name)) for name in kept}}
+            for seed, run in self.runs.items()
+        ]
+        told = {"success": self.share, "share": self.error_limit, "kinds": self.kinds, "z": self.z}
+        return {**plain(told), "runs": runs}
+
+    def table(self) -> str:
+        """Return the report as lines of text."""
+        failed = {seed: run for seed, run in self.runs.items() if not run.holds}
+        lines = [
+            f"{', '.join(self.kinds)} off by up to {100 * self.error_limit:g}%: "
+            f"{len(self.runs) - len(failed)} of {len(self.runs)} executions hold "
+            f"({100 * self.share:.1f}%); least z {self.z:.4g}"
+        ]
+        return "\n".join([*lines, *(f"  seed {k}: {r.findings[0]}" for k, r in failed.items())])
+
+
+def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] = KINDS) -> World:
+    """Return a world that is off by up to ``share`` in ``kinds``."""
+    first = setup.timeline
+    inward = np.einsum("ji,nj->ni", first.rotation[0], first.normal[0])
+    other = varied(setup.world, share, inward, np.random.default_rng(seed), kinds)
+    return lifted(other, setup.world, first.rotation[0])
+
+
+def vary(
+    setup: Setup, share: float, count: int, seed: int, kinds: Sequence[str] = KINDS
+) -> VariationReport:
+    """Execute a plan in ``count`` worlds that are off by up to ``share``.
+
+    Position and angle may be off by that much more than otherwise.
+
+    Args:
+        setup: the plan, made ready.
+        share: 0.03 for three per cent.
+        count: number of worlds, their seeds ``seed``, ``seed + 1``, ...
+        seed: of the first.
+        kinds: which of ``KINDS`` are off.
+    """
+    runs = {
+        number: execute(setup, errant_world(setup, share, number, kinds), slack=share)
+        for number in range(seed, seed + count)
+    }
+    least = setup.plan.least_z
+    return VariationReport(share, tuple(kinds), math.inf if least is None else least, runs)

@@ -11,9 +11,8 @@ from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.plan.fit import problem_of
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.pace import Pace
 from gm_ompl.simulation.schedule import schedule
-from gm_ompl.simulation.timeline import PHASES, Timeline
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline
 
 POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
@@ -55,7 +54,7 @@ def _header(name: str, line: Timeline, pace: Pace) -> list[str]:
         "f_com: commanded normal force along the normal (nx, ny, nz), which points into the",
         "object; empty but under force control and in a switch",
         "lean: force (x, y, z) to lean on the object with where position is controlled",
-        "phase: settle, approach, switch, move, lift, travel or land",
+        "phase: settle, approach, switch, move, lift, transit or land",
         f"pace: fastest vertex {pace.speed:g} diagonals of the object per second",
         *(f"note: {note}" for note in line.notes),
     ]

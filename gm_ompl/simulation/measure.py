@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.environment import contacts_at
@@ -179,13 +180,7 @@ def force_unit(problem: Problem) -> float:
 
 def rotations(quaternions: Array) -> Array:
     """Return the rotations (K, 3, 3) of unit quaternions (K, 4), w x y z."""
-    w, x, y, z = quaternions.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
+    return np.asarray(Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix())
 
 
 def _stretches(where: BoolArray) -> list[tuple[int, int]]:

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -59,19 +58,6 @@ def load() -> Any:
 
 def _unheard(_: str) -> None:
     """Take a warning of MuJoCo's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Touches:
-    """Contact forces on the object at an instant.
-
-    Attributes:
-        normal: (n,), total normal force of each fingertip [N].
-        tangential: (n,), magnitude of each fingertip's friction [N].
-    """
-
-    normal: Array
-    tangential: Array
 
 
 class Physics:
@@ -141,20 +127,14 @@ class Physics:
         self._wrench[:] = 0.0 if wrench is None else wrench
         self._mujoco.mj_step(self.model, self.data)
 
-    def touches(self) -> Touches:
-        """Return the contact forces of the last step."""
-        n, data = len(self.world.radius), self.data
-        normal, tangential = np.zeros(n), np.zeros((n, 3))
-        if data.ncon:
-            contact = data.contact
+    def normal_forces(self) -> Array:
+        """Return (n,), each fingertip's normal force on the object in the last step [N]."""
+        normal, contact = np.zeros(len(self.world.radius)), self.data.contact
+        if self.data.ncon:
             tip = self._geoms[contact.geom].max(axis=1)
             rows = np.flatnonzero((tip >= 0) & (contact.efc_address >= 0))
-            first, force = contact.efc_address[rows], data.efc_force
-            np.add.at(normal, tip[rows], force[first])
-            frames = contact.frame[rows].reshape(-1, 3, 3)
-            sideways = force[first + 1, None] * frames[:, 1] + force[first + 2, None] * frames[:, 2]
-            np.add.at(tangential, tip[rows], sideways)
-        return Touches(normal, np.linalg.norm(tangential, axis=1))
+            np.add.at(normal, tip[rows], self.data.efc_force[contact.efc_address[rows]])
+        return normal
 
     def state(self) -> Array:
         """Return everything that the future depends on."""

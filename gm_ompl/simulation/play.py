@@ -1,4 +1,4 @@
-"""Play a timeline back: the loop of commands, forces and steps, and what it saw."""
+"""Plays a timeline back: the fingers' control, the loop of forces and steps, and what it saw."""
 
 from __future__ import annotations
 
@@ -8,11 +8,74 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.simulation.control import Command, Servo
-from gm_ompl.simulation.physics import STEP, Physics
+from gm_ompl.simulation.physics import TIP_MASS, Physics
 from gm_ompl.simulation.timeline import Timeline
-from gm_ompl.simulation.units import Units
-from gm_ompl.simulation.world import World
+from gm_ompl.simulation.world import Units, World
+
+STIFFNESS = 2e3
+"""Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.45 mm. Contacts are
+thirty times as stiff; a finger as stiff as they are would lose its lean where they give way."""
+
+DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5
+"""Critical [N s/m]."""
+
+YIELDING = 2.0
+"""Damping along the normal under force control [N s/m]: little, the force is what counts."""
+
+FREE = 0.05
+"""Time constant in which a finger in the air gives up the offset of its last contact [s]."""
+
+
+class Servo:
+    """The fingers' controller; its memory is one offset per finger along the normal.
+
+    While a finger is under force control, or feels for the surface, the offset follows it, such
+    that the spring of position control would press just as hard: a switch changes no force.
+
+    Args:
+        timeline: what is commanded, SI units.
+
+    Attributes:
+        offset: (n,), added to the target along the normal [m].
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._line, self.offset = timeline, np.zeros(timeline.fingers)
+
+    def forces(self, k: int, centres: Array, velocities: Array) -> Array:
+        """Return the forces (n, 3) on the fingertips [N] at instant ``k``.
+
+        Args:
+            k: number of the instant.
+            centres: (n, 3), where the fingertips are.
+            velocities: (n, 3), likewise.
+        """
+        line, n = self._line, self._line.normal[k]
+        error, slower = line.centre[k] - centres, line.velocity[k] - velocities
+        ahead = (error * n).sum(axis=1)
+        closing = (slower * n).sum(axis=1)
+        reach = np.where(line.landing[k], line.press[k], self.offset)
+        pressed = (line.lean[k] * n).sum(axis=1)
+        spring = pressed + STIFFNESS * (ahead + reach)
+        held = np.minimum(spring + DAMPING * closing, line.limit[k])
+        given = line.f_com[k] + YIELDING * closing
+        normal = held + line.force_share[k] * (given - held)
+        self._follow(k, ahead, np.minimum(spring, line.limit[k]) - pressed, pressed)
+        sideways = STIFFNESS * (error - ahead[:, None] * n) + DAMPING * (
+            slower - closing[:, None] * n
+        )
+        sideways = sideways + line.lean[k] - pressed[:, None] * n
+        forces: Array = sideways + normal[:, None] * n + TIP_MASS * line.acceleration[k]
+        return forces
+
+    def _follow(self, k: int, ahead: Array, held: Array, pressed: Array) -> None:
+        """Move the offsets to where position control would go on from here."""
+        line = self._line
+        forced = line.force_share[k] >= 1.0
+        bumpless = np.where(forced, line.f_com[k] - pressed, held) / STIFFNESS - ahead
+        fading = np.where(line.down[k], 1.0, np.exp(-line.dt / FREE))
+        self.offset = np.where(forced | line.landing[k], bumpless, fading * self.offset)
+
 
 EVERY = 4
 """Steps between two rows of a recording: 2 ms."""
@@ -31,7 +94,6 @@ class Recording:
         quaternion: (K, 4), its orientation (w, x, y, z).
         centre: (K, n, 3), the fingertips' centres.
         normal_force: (K, n), mean over the row's steps.
-        tangential_force: (K, n), likewise.
     """
 
     rows: IntArray
@@ -39,7 +101,6 @@ class Recording:
     quaternion: Array
     centre: Array
     normal_force: Array
-    tangential_force: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,19 +129,10 @@ class Player:
 
     def __init__(self, timeline: Timeline, units: Units, world: World) -> None:
         self.timeline, self.units, self.world = timeline, units, world
-        L = units.length
-        turned = np.einsum("tij,nj->tni", timeline.rotation, world.offset)
-        self._centre = L * timeline.centre + turned
-        self._velocity = L * timeline.velocity
-        self._acceleration = L * timeline.acceleration
-        self._f_com, self._limit = units.force * timeline.f_com, units.force * timeline.limit
-        self._lean = units.force * timeline.lean
-        self._press = L * timeline.press
-        spin = np.einsum("tji,tj->ti", timeline.rotation, timeline.spin)
-        self._spin = spin
-        start = L * timeline.position[0] + np.array([0.0, 0.0, world.lift])
-        self.physics = Physics(world, start, timeline.quaternion[0], self._centre[0])
-        self.servo = Servo(timeline.fingers, STEP)
+        self._si = timeline.scaled(units.length, units.force, world.offset)
+        start = self._si.position[0] + np.array([0.0, 0.0, world.lift])
+        self.physics = Physics(world, start, timeline.quaternion[0], self._si.centre[0])
+        self.servo = Servo(self._si)
         self.instant = 0
 
     def snapshot(self) -> Snapshot:
@@ -108,38 +160,29 @@ class Player:
         """
         until = len(self.timeline) if until is None else until
         rows, places, tips, forces = [], [], [], []
-        n = self.timeline.fingers
-        normal, sideways, count = np.zeros(n), np.zeros(n), 0
+        last = len(self.timeline) - 1
+        pressed: list[Array] = []
         while self.instant < until:
             k, here = self.instant, self.physics
-            self._step(min(k, len(self.timeline) - 1), wrench)
-            touches = here.touches()
-            normal, sideways = normal + touches.normal, sideways + touches.tangential
-            count += 1
-            if count == EVERY or self.instant == until:
-                rows.append(min(k, len(self.timeline) - 1))
+            self._step(min(k, last), wrench)
+            pressed.append(here.normal_forces())
+            if len(pressed) == EVERY or self.instant == until:
+                rows.append(min(k, last))
                 places.append(np.concatenate([here.position, here.quaternion]))
                 tips.append(here.centres)
-                forces.append((normal / count, sideways / count))
-                normal, sideways, count = np.zeros(n), np.zeros(n), 0
+                forces.append(np.mean(pressed, axis=0))
+                pressed = []
             if watch is not None:
                 watch(k)
-        poses = np.array(places).reshape(-1, 7)
+        poses, n = np.array(places).reshape(-1, 7), self.timeline.fingers
         return Recording(
             np.array(rows, dtype=np.int64), poses[:, :3], poses[:, 3:],
-            np.array(tips).reshape(-1, n, 3),
-            np.array([pair[0] for pair in forces]).reshape(-1, n),
-            np.array([pair[1] for pair in forces]).reshape(-1, n),
+            np.array(tips).reshape(-1, n, 3), np.array(forces).reshape(-1, n),
         )  # fmt: skip
 
     def _step(self, k: int, wrench: Wrench | None) -> None:
-        timeline, here = self.timeline, self.physics
-        command = Command(
-            self._centre[k], self._velocity[k], self._acceleration[k], timeline.normal[k],
-            timeline.force_share[k], self._f_com[k], self._lean[k], self._limit[k],
-            self._press[k], timeline.down[k], timeline.landing[k],
-        )  # fmt: skip
-        forces = self.servo.forces(command, here.centres, here.velocities)
+        line, here = self._si, self.physics
+        forces = self.servo.forces(k, here.centres, here.velocities)
         disturbance = None if wrench is None else wrench(self.instant, here.quaternion)
-        here.step(forces, timeline.quaternion[k], self._spin[k], disturbance)
+        here.step(forces, self.timeline.quaternion[k], line.own_spin[k], disturbance)
         self.instant += 1

@@ -1,9 +1,11 @@
-"""One pulse of disturbance against an execution, and whether it is withstood."""
+"""Pulses of disturbance against an execution, and whether they are withstood."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from gm_ompl.simulation.measure import rotations
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Snapshot
 from gm_ompl.simulation.timeline import PHASES
+from gm_ompl.writing import plain
 
 RISE, HOLD = 0.1, 0.1
 """A pulse rises as a raised cosine, stays, and falls likewise, in these times [s]."""
@@ -60,6 +63,65 @@ class Trial:
     offset: float
     slip: float
     withstood: bool
+
+
+@dataclass(frozen=True)
+class PulseReport:
+    """Pulses of one strength.
+
+    Attributes:
+        fraction: peak of the pulses over z.
+        trials: in order of time.
+        pulse: their length [s].
+        rest: time from the end of a pulse to the judgement [s].
+    """
+
+    fraction: float
+    trials: tuple[Trial, ...]
+    pulse: float = PULSE
+    rest: float = REST
+
+    @property
+    def lost(self) -> tuple[Trial, ...]:
+        """The pulses that were not withstood."""
+        return tuple(trial for trial in self.trials if not trial.withstood)
+
+    @property
+    def share(self) -> float:
+        """Share of the pulses withstood; 1 where there is nothing to try."""
+        return 1.0 - len(self.lost) / max(len(self.trials), 1)
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """The pulses that were not withstood, in words."""
+        return tuple(
+            f"a z of {trial.z:.4g} is claimed at {trial.time:.2f} s ({trial.phase}), but "
+            f"{self.fraction:g} of it in {direction_name(trial.direction)} leaves the object "
+            f"{100 * trial.offset:.2g}% of D off, slipping by {100 * trial.slip:.2g}%"
+            for trial in self.lost
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON."""
+        tree: dict[str, Any] = {"share": self.share, **plain(self)}
+        return tree
+
+    def table(self) -> str:
+        """Return the report as lines of text."""
+        tried = len(self.trials)
+        lines = [
+            f"{tried} pulses of {self.pulse:g} s and {self.fraction:g} z: "
+            f"{tried - len(self.lost)} of {tried} withstood ({100 * self.share:.1f}%)"
+        ]
+        phases = Counter(trial.phase for trial in self.trials)
+        lost = Counter(trial.phase for trial in self.lost)
+        lines += [f"  while {p:8} {n - lost[p]} of {n}" for p, n in phases.items()]
+        return "\n".join([*lines, *(f"NOT: {finding}" for finding in self.findings[:10])])
+
+
+def direction_name(direction: int) -> str:
+    """Return a direction of Problem (6) in words; -1 is a random one."""
+    return "a random direction" if direction < 0 else f"direction l_{direction}"
 
 
 class Disturber:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
+
+from gm_ompl.writing import plain
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ class ExecutionReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain values, ready for JSON: no NaN, no infinity."""
-        return {"holds": self.holds, **plain(asdict(self))}
+        return {"holds": self.holds, **plain(self)}
 
     def table(self) -> str:
         """Return the report as lines of text."""
@@ -144,14 +145,3 @@ def _finger(report: FingerReport, size: float) -> str:
         parts.append(f"within the statical range {100 * report.in_range:.3g}% of the time")
     parts.append(f"at most {report.greatest_force:.3g} of {report.max_normal_force:.3g}")
     return ", ".join(parts)
-
-
-def plain(value: Any) -> Any:
-    """Return ``value`` with lists for tuples and None for what JSON has no number for."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

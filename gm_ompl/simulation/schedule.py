@@ -11,13 +11,20 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment
-from gm_ompl.plan.model import PlacementRecord, Plan
+from gm_ompl.plan.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
-from gm_ompl.simulation.beats import Move, Run, beats
-from gm_ompl.simulation.hover import TOUCHING, Hover
-from gm_ompl.simulation.pace import Pace, between, progress, ramp
-from gm_ompl.simulation.timeline import PHASES, Timeline, joined, stacked
+from gm_ompl.simulation.segments import Run, commanded, runs
+from gm_ompl.simulation.timeline import (
+    PHASES,
+    Pace,
+    Timeline,
+    between,
+    joined,
+    progress,
+    ramp,
+)
+from gm_ompl.simulation.transit import TOUCHING, Transit
 
 TOUCH = 0.02
 """Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
@@ -60,16 +67,16 @@ class _Hand:
 class _Scheduler:
     def __init__(self, plan: Plan, problem: Problem, pace: Pace, dt: float, lean: bool) -> None:
         self.problem, self.pace, self.dt, self.lean = problem, pace, dt, lean
-        self.beats = beats(plan, problem)
+        self.parts = runs(plan, problem.body.vertices)
         self.size = problem.body.diagonal
         weight = problem.mass * problem.mechanics.gravity
         self.touch = TOUCH * (weight or float(problem.fingers.max_normal_force.max()))
-        self.parts: list[Timeline] = []
+        self.timelines: list[Timeline] = []
         self.notes: list[str] = []
-        first = self.beats[0]
+        first = plan.steps[0]
         n = problem.fingers.count
-        self.pose = first.stretches[0].part.start if isinstance(first, Run) else first.pose
-        self.z = first.stretches[0].z if isinstance(first, Run) else first.z
+        self.pose = problem.motion.pose(first.at if first.kind == "regrasp" else first.from_)
+        self.z = first.z if first.kind == "regrasp" else first.segments[0].z
         self.step = -1
         self.hand = _Hand(
             np.array([place.point for place in first.placements]),
@@ -85,35 +92,39 @@ class _Scheduler:
         everyone = np.ones(self.problem.fingers.count, dtype=bool)
         self._rest("settle", self.pace.settle, off=self._offs(everyone))
         self._land("approach", everyone)
-        for beat in self.beats:
-            if isinstance(beat, Run):
-                self._run(beat)
+        for part in self.parts:
+            if isinstance(part, list):
+                self._run(part)
             else:
-                self._regrasp(beat)
+                self._regrasp(*part)
         self._rest("settle", self.pace.settle)
-        return joined(self.parts)
+        return joined(self.timelines)
 
     def _samples(self, seconds: float) -> int:
         return max(2, round(seconds / self.dt))
 
     def _run(self, run: Run) -> None:
-        first = run.stretches[0]
-        self.z, self.step = first.z, first.step
-        balances = self._balances(run)
+        rows: dict[str, Any] = {
+            "step": np.array([segment.step for segment in run]),
+            "segment": np.array([segment.number for segment in run]),
+            "z": np.array([segment.record.z for segment in run]),
+        }
+        self.z, self.step = rows["z"][0], rows["step"][0]
+        force, forces = commanded(run[0].record)[0], np.array([commanded(s.record)[1] for s in run])
+        balances = self._balances(run, force, forces)
         leans = np.array([found.forces for found in balances]) * self.lean
-        self._switch(np.array(run.force), first.f_com, leans[0])
-        lengths = np.array([stretch.length for stretch in run.stretches])
+        self._switch(force, forces[0], leans[0])
+        corners, pace = self.problem.body.vertices, self.pace
+        ways = [s.part.end.apply(corners) - s.part.start.apply(corners) for s in run]
+        lengths = np.linalg.norm(ways, axis=2).max(axis=1)
         ends = np.cumsum(lengths)
-        pace = self.pace
         along = progress(float(ends[-1]), pace.speed * self.size, pace.ramp, self.dt)
         middles = ends - lengths / 2.0
-        forces = np.array([stretch.f_com for stretch in run.stretches])
         f_com = between(along, middles, forces)
         which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
         left = (ends[which] - along) / np.maximum(lengths[which], np.finfo(float).tiny)
-        done = np.clip(1.0 - left, 0.0, 1.0)
-        parts = [run.stretches[k].part for k in which]
-        way = [part.pose(share) for part, share in zip(parts, done.tolist(), strict=True)]
+        shares = zip(which, np.clip(1.0 - left, 0.0, 1.0).tolist(), strict=True)
+        way = [run[k].part.pose(share) for k, share in shares]
         self._add(
             "move",
             way,
@@ -121,24 +132,22 @@ class _Scheduler:
             lean=between(along, middles, leans),
             least=np.array([found.least for found in balances])[which],
             most=np.array([found.most for found in balances])[which],
-            step=np.array([stretch.step for stretch in run.stretches])[which],
-            segment=np.array([stretch.segment for stretch in run.stretches])[which],
-            z=np.array([stretch.z for stretch in run.stretches])[which],
+            **{name: values[which] for name, values in rows.items()},
         )
         self.pose, self.hand.f_com, self.hand.lean = way[-1], f_com[-1], leans[-1]
-        self.z, self.step = run.stretches[-1].z, run.stretches[-1].step
+        self.z, self.step = rows["z"][-1], rows["step"][-1]
 
-    def _balances(self, run: Run) -> list[Balance]:
-        """Return forces that hold the object, per stretch."""
+    def _balances(self, run: Run, force: BoolArray, forces: Array) -> list[Balance]:
+        """Return forces that hold the object, per segment."""
         found = [
-            balance(self.problem, s.part.middle, run.placements, run.force, s.f_com)
-            for s in run.stretches
+            balance(self.problem, segment.part.middle, segment.placements, force, f_com)
+            for segment, f_com in zip(run, forces, strict=True)
         ]
-        failed = [s for s, b in zip(run.stretches, found, strict=True) if not b.holds]
+        failed = [s for s, b in zip(run, found, strict=True) if not b.holds]
         if failed:
             self.notes.append(
                 f"no forces balance in {len(failed)} segments, the first in step "
-                f"{failed[0].step}, segment {failed[0].segment}"
+                f"{failed[0].step}, segment {failed[0].number}"
             )
         return found
 
@@ -161,58 +170,53 @@ class _Scheduler:
         )
         hand.share, hand.f_com, hand.lean, hand.limit = share, after, lean, limit
 
-    def _regrasp(self, move: Move) -> None:
-        i, hand, pace = move.finger, self.hand, self.pace
-        self.step, self.z = move.step, move.z
-        loaded = hand.share[i] > 0
-        force = np.array(move.force)
-        force[i] = loaded  # the leaving finger unloads in the mode that it has
-        f_com = np.where(np.arange(len(force)) == i, min(self.touch, hand.f_com[i]), move.f_com)
-        still = Moment(self.pose)
-        rest = balance(self.problem, still, move.placements, move.force, move.f_com, lifted=i)
+    def _regrasp(self, number: int, step: RegraspStep) -> None:
+        i, hand, pace = step.finger, self.hand, self.pace
+        self.step, self.z = number, step.z
+        force, f_com = commanded(step)
+        rest = balance(self.problem, Moment(self.pose), step.placements, force, f_com, lifted=i)
         if not rest.holds:
-            self.notes.append(f"no forces balance in step {move.step}, finger {i} lifted")
+            self.notes.append(f"no forces balance in step {number}, finger {i} lifted")
+        force[i] = hand.share[i] > 0  # the leaving finger unloads in the mode that it has
+        f_com[i] = min(self.touch, hand.f_com[i])
         self._switch(force, f_com, rest.forces * self.lean)
         hand.share[i] = 0.0
+        chosen = np.arange(len(force)) == i
         lifted = np.zeros((self._samples(pace.lift), len(force), 3))
-        lifted[:, i] = np.outer(ramp(len(lifted)), self._offs(np.arange(len(force)) == i)[i])
+        lifted[:, i] = np.outer(ramp(len(lifted)), self._offs(chosen)[i])
         hand.down[i] = False
         self._rest("lift", pace.lift, off=lifted)
         hand.limit[i], hand.f_com[i] = self.touch, 0.0
-        self._travel(i, move.target, lifted[-1, i])
-        self._land("land", np.arange(len(force)) == i)
+        self._bring(i, np.array(step.to.point), np.array(step.to.normal))
+        self._land("land", chosen)
 
-    def _travel(self, i: int, target: PlacementRecord, off: Array) -> None:
-        """Bring the lifted finger ``i``, ``off`` its placement, to above its target."""
-        hand, radius, hover = self.hand, float(self.problem.fingers.radius[i]), self._hover()
-        point, normal = np.array(target.point), np.array(target.normal)
-        start = hover.pose.apply(hand.points[i] - radius * hand.normals[i] + off)
-        end = hover.pose.apply(point - radius * normal + hover.off(i, point, normal))
-        corners = hover.way(i, start, end)
-        if corners is None:
-            text = f"step {self.step}: finger {i} finds no clear way to its new placement"
-            self.notes.append(text)
-            corners = np.array([start, end])
+    def _bring(self, i: int, point: Array, normal: Array) -> None:
+        """Bring the lifted finger ``i`` to above its new placement."""
+        hand = self.hand
+        whole, clear = self._transit().way(i, point, normal)
+        corners = whole[1:-1]
+        if not clear:
+            self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new place")
         hand.points[i], hand.normals[i] = point, normal
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-        speed = self.pace.travel * self.size
+        speed = self.pace.transit * self.size
         legs = [
             a + np.outer(progress(length, speed, self.pace.ramp / 2.0, self.dt) / length, b - a)
             for a, b, length in zip(corners, corners[1:], lengths, strict=False)
             if length > 0
         ]
         path = np.concatenate(legs) if legs else corners[:1]
-        self._add("travel", [self.pose] * len(path), path=(i, path))
+        self._add("transit", [self.pose] * len(path), path=(i, path))
 
-    def _hover(self) -> Hover:
+    def _transit(self) -> Transit:
         hand, height = self.hand, self.pace.clearance * self.size
-        return Hover(self.problem, self.pose, hand.points, hand.normals, height)
+        return Transit(self.problem, self.pose, hand.points, hand.normals, height)
 
     def _offs(self, which: BoolArray) -> Array:
         """Return (n, 3), how the fingers ``which`` stand off, object frame; 0 for the others."""
-        hover, hand = self._hover(), self.hand
+        transit, hand = self._transit(), self.hand
         return np.array([
-            hover.off(i, hand.points[i], hand.normals[i]) if chosen else np.zeros(3)
+            transit.off(i, hand.points[i], hand.normals[i]) if chosen else np.zeros(3)
             for i, chosen in enumerate(which)
         ])  # fmt: skip
 
@@ -247,47 +251,50 @@ class _Scheduler:
 
         Fingertips are ``off`` (K, n, 3) where they touch, object frame.
         """
-        assert arrays.keys() <= Timeline.__dataclass_fields__.keys()
         K, hand = len(way), self.hand
         n = len(hand.points)
-        position, rotation = stacked(way)
+        position = np.array([pose.position for pose in way])
+        rotation = np.array([pose.rotation for pose in way])
         touching = hand.points - self.problem.fingers.radius[:, None] * hand.normals
         local = touching + np.broadcast_to(off, (K, n, 3))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]
-        fields = self._unchanged()
-        rows = {"step": self.step, "segment": -1, "z": self.z, "phase": PHASES.index(phase)}
-        shaped = {
-            k: np.broadcast_to(arrays.get(k, v), (K, n)).astype(v.dtype) for k, v in fields.items()
+        unchanged = self._unchanged(phase)
+        assert arrays.keys() <= unchanged.keys()
+        fields = {
+            name: np.broadcast_to(arrays.get(name, still), (K, *still.shape)).astype(still.dtype)
+            for name, still in unchanged.items()
         }
-        lean = np.broadcast_to(arrays.get("lean", hand.lean), (K, n, 3))
-        flat = {k: np.broadcast_to(arrays.get(k, np.array(v)), (K,)) for k, v in rows.items()}
-        self.parts.append(
+        fields["lean"] = np.einsum("tij,tnj->tni", rotation, fields["lean"])
+        self.timelines.append(
             Timeline(
                 dt=self.dt,
                 position=position,
                 rotation=rotation,
                 centre=centre,
                 normal=np.einsum("tij,nj->tni", rotation, hand.normals),
-                lean=np.einsum("tij,tnj->tni", rotation, lean),
                 notes=tuple(self.notes),
-                **shaped,
-                **flat,
+                **fields,
             )
         )
         self.notes.clear()
 
-    def _unchanged(self) -> dict[str, Any]:
-        """Return per field of a Timeline what the fingers (n,) do where nothing else is said."""
+    def _unchanged(self, phase: str) -> dict[str, Any]:
+        """Return per field of a Timeline what is so at one instant where nothing else is said."""
         hand, n = self.hand, len(self.hand.points)
         return {
             "force_share": hand.share,
             "f_com": hand.f_com,
+            "lean": hand.lean,
             "least": np.full(n, np.nan),
             "most": np.full(n, np.nan),
             "limit": hand.limit,
             "press": np.zeros(n),
             "down": hand.down,
             "landing": np.zeros(n, dtype=bool),
+            "step": np.array(self.step),
+            "segment": np.array(-1),
+            "z": np.array(self.z),
+            "phase": np.array(PHASES.index(phase)),
         }

@@ -1,19 +1,84 @@
-"""Time laid over a plan: where everything should be, and what is commanded, at every instant."""
+"""Time laid over a plan: how fast, where everything should be, and what is commanded."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.errors import InputError
 
-PHASES = ("settle", "approach", "switch", "move", "lift", "travel", "land")
+
+@dataclass(frozen=True)
+class Pace:
+    """Speeds and times; lengths in diagonals D of the object, times in seconds.
+
+    Attributes:
+        speed: of the object's fastest vertex while it moves [D/s].
+        ramp: time to reach that speed and to stop [s].
+        settle: time to come to rest, at the beginning and at the end [s].
+        switch: time in which modes and commanded forces change, the object at rest [s].
+        lift: time to leave a surface, and to come down on it [s].
+        transit: a lifted finger's speed [D/s].
+        clearance: height of a finger above its placement when lifted [D].
+        reach: how far beyond its placement a finger goes to find the surface [D].
+    """
+
+    speed: float = 0.3
+    ramp: float = 0.3
+    settle: float = 0.3
+    switch: float = 0.3
+    lift: float = 0.4
+    transit: float = 0.6
+    clearance: float = 0.015
+    reach: float = 0.015
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.speed) and 0 < self.speed <= 100):
+            raise InputError(f"speed: {self.speed}: must be above 0, at most 100 diagonals per s")
+
+
+def ramp(samples: int) -> Array:
+    """Return (samples,), a smooth way from above 0 to 1, at rest at both ends."""
+    share: Array = (1.0 - np.cos(np.pi * np.arange(1, samples + 1) / samples)) / 2.0
+    return share
+
+
+def progress(length: float, speed: float, rise: float, dt: float) -> Array:
+    """Return the way travelled at times dt, 2 dt, ..., ending at exactly ``length``.
+
+    The speed rises and falls as a raised cosine in ``rise`` [s]; a short way is travelled slower.
+    """
+    cruise = max(length / speed - rise, 0.0)
+    peak = length / (cruise + rise)
+    samples = max(1, round((cruise + 2.0 * rise) / dt))
+    t = np.linspace(0.0, cruise + 2.0 * rise, samples + 1)[1:]
+
+    def risen(time: Array) -> Array:
+        within = np.clip(time, 0.0, rise)
+        return peak / 2.0 * (within - rise / np.pi * np.sin(np.pi * within / rise))
+
+    steady = peak * np.clip(t - rise, 0.0, cruise)
+    fall = np.clip(t - rise - cruise, 0.0, rise)
+    way: Array = risen(t) + steady + peak * fall - risen(fall)
+    way[-1] = length
+    return way
+
+
+def between(along: Array, nodes: Array, values: Array) -> Array:
+    """Return ``values`` (S, ...) given at ``nodes`` (S,) at the places ``along`` (K,), linearly."""
+    flat = values.reshape(len(nodes), -1)
+    mixed = np.stack([np.interp(along, nodes, column) for column in flat.T], axis=1)
+    return mixed.reshape(len(along), *values.shape[1:])
+
+
+PHASES = ("settle", "approach", "switch", "move", "lift", "transit", "land")
 """What happens: fingers stand off, come down, modes and forces change, the object moves, and a
-finger leaves, travels, comes down."""
+finger leaves, is in transit, comes down."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,19 +143,31 @@ class Timeline:
         seconds: Array = self.dt * np.arange(len(self), dtype=np.float64)
         return seconds
 
+    def scaled(self, length: float, force: float, offset: Array) -> Timeline:
+        """Return the timeline in SI units.
+
+        Args:
+            length: metres per unit of length.
+            force: newtons per unit of force.
+            offset: (n, 3), added to the fingertips' places, object frame [m].
+        """
+        moved = length * self.centre + np.einsum("tij,nj->tni", self.rotation, offset)
+        lengths = {name: length * getattr(self, name) for name in ("position", "press")}
+        forces = {name: force * getattr(self, name) for name in ("f_com", "limit", "lean")}
+        return replace(self, centre=moved, **lengths, **forces)
+
     @cached_property
     def quaternion(self) -> Array:
         """(T, 4), the object's orientation, w x y z, without jumps of sign."""
-        rows: Array = np.empty((len(self), 4))
-        last: Array | None = None
-        for k, rotation in enumerate(self.rotation):
-            if last is not None and k and np.array_equal(rotation, self.rotation[k - 1]):
-                rows[k] = rows[k - 1]
-                continue
-            row = Pose(rotation, self.position[k]).quaternion()
-            rows[k] = -row if last is not None and row @ last < 0 else row
-            last = rows[k]
-        return rows
+        rows = Rotation.from_matrix(self.rotation).as_quat()[:, [3, 0, 1, 2]]
+        turned = np.append(1.0, np.where((rows[1:] * rows[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))
+        whole: Array = rows * np.cumprod(turned)[:, None]
+        return whole
+
+    @cached_property
+    def own_spin(self) -> Array:
+        """(T, 3), the angular velocity in the object's frame [rad/s]."""
+        return np.asarray(np.einsum("tji,tj->ti", self.rotation, self.spin))
 
     @cached_property
     def spin(self) -> Array:
@@ -139,8 +216,3 @@ def joined(parts: Sequence[Timeline]) -> Timeline:
     }
     notes = tuple(note for part in parts for note in part.notes)
     return Timeline(dt=parts[0].dt, notes=notes, **arrays)
-
-
-def stacked(poses: Sequence[Pose]) -> tuple[Array, Array]:
-    """Return positions (K, 3) and rotations (K, 3, 3)."""
-    return np.array([pose.position for pose in poses]), np.array([pose.rotation for pose in poses])

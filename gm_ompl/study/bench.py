@@ -17,13 +17,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.study.bench_decisions import Searched, Times, batch_gain, searched, timed
+from gm_ompl.study.bench_decisions import Searched, Times, searched, timed
 
 Json: TypeAlias = dict[str, Any]
 
@@ -62,7 +62,7 @@ def bench(
         highs: decisions per search made with HiGHS, too.
         search_limit: wall time of a search [s].
     """
-    problems = {name: api.load(name, overrides).problem for name in scenarios}
+    problems = {name: gm_ompl.load(name, overrides).problem for name in scenarios}
     note("start-up")
     start: Json = startup(scenarios[0], overrides, repeat)
     pool: dict[str, Times] = {search: defaultdict(list) for search in SEARCHES}
@@ -82,7 +82,6 @@ def bench(
         plans.append({
             **row, **plain,
             "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
-            "batch_gain": batch_gain(found["dijkstra"], DRAWN, repeat),
             "profile": profiled(problem, search_limit),
             "peak_mb": _spent(_plan(name, overrides))[1],
         })  # fmt: skip

@@ -114,24 +114,6 @@ def spread(items: Sequence[Answer], most: int) -> list[Answer]:
     return [items[int(i)] for i in np.linspace(0, len(items) - 1, most)]
 
 
-def batch_gain(search: Searched, most: int, repeat: int) -> float:
-    """Return how many times faster decisions of the whole hand come in one batch."""
-    drawn = spread(search.asked, most)
-    backend, z_min = search.backend, search.problem.mechanics.z_min
-    which = np.array([key[0] for key in drawn], dtype=np.int64)
-    sets = np.array([key[2] for key in drawn], dtype=np.int64)
-    gains = []
-    for _ in range(repeat):
-        started = time.perf_counter()
-        _kernel_pass(search, drawn)
-        alone = time.perf_counter() - started
-        backend.forget()
-        started = time.perf_counter()
-        backend.decide_many(which, sets, z_min)
-        gains.append(alone / (time.perf_counter() - started))
-    return float(np.median(gains))
-
-
 def _kernel_pass(search: Searched, drawn: list[Key]) -> tuple[list[float], list[ModeDecision]]:
     backend, z_min = search.backend, search.problem.mechanics.z_min
     backend.forget()

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from gm_ompl.errors import InputError
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.scenario.scenario import Scenario
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
@@ -59,7 +59,7 @@ def make_tasks(
 
 def compare(
     tasks: Sequence[Task], store: Store, executor: Executor, watch: Watch | None = None
-) -> tuple[Record, ...]:
+) -> tuple[RunRecord, ...]:
     """Make the runs that the store does not hold yet, each stored when it ends.
 
     Returns:
@@ -81,8 +81,8 @@ def compare(
     return tuple(found[key] for key in keys)
 
 
-def _record(key: str, task: Task, outcome: Mapping[str, Any]) -> Record:
-    return Record(
+def _record(key: str, task: Task, outcome: Mapping[str, Any]) -> RunRecord:
+    return RunRecord(
         key=key,
         scenario=task.scenario_name,
         scenario_key=task.scenario_key,
@@ -97,7 +97,7 @@ def _record(key: str, task: Task, outcome: Mapping[str, Any]) -> Record:
     )
 
 
-def optima(records: Sequence[Record]) -> dict[str, float]:
+def optima(records: Sequence[RunRecord]) -> dict[str, float]:
     """Return the proven optimal cost per scenario key, where ``astar`` has one."""
     return {
         record.scenario_key: record.cost

@@ -14,7 +14,7 @@ from typing import Any
 
 import gm_ompl
 from gm_ompl.errors import GmOmplError, InputError
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import grouped
 from gm_ompl.writing import whole, write_text
 
@@ -29,10 +29,10 @@ _NUMBER = {
     "killed": 8, "crash": 7, "error": 7, "refused": 0,
 }  # fmt: skip
 
-Column = tuple[str, Callable[[Record, Mapping[str, float]], Any]]
+Column = tuple[str, Callable[[RunRecord, Mapping[str, float]], Any]]
 
 
-def _ratio(run: Record, optima: Mapping[str, float]) -> float | None:
+def _ratio(run: RunRecord, optima: Mapping[str, float]) -> float | None:
     best = optima.get(run.scenario_key)
     return run.cost / best if run.cost is not None and best else None
 
@@ -58,7 +58,7 @@ _COLUMNS: tuple[Column, ...] = (
 
 
 def write_benchmark(
-    records: Sequence[Record], optima: Mapping[str, float], folder: Path
+    records: Sequence[RunRecord], optima: Mapping[str, float], folder: Path
 ) -> tuple[Path, ...]:
     """Write a log per scenario and ``benchmark.db`` into ``folder``, made where it is missing.
 
@@ -97,7 +97,7 @@ def _make_database(logs: Iterable[Path], database: Path) -> None:
 
 
 def _log(
-    scenario: str, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
+    scenario: str, planners: Mapping[str, Sequence[RunRecord]], optima: Mapping[str, float]
 ) -> Iterator[str]:
     """Yield the lines of one scenario's log."""
     runs = [run for group in planners.values() for run in group]
@@ -120,7 +120,7 @@ def _log(
         yield from _planner(planner, group, optima)
 
 
-def _planner(planner: str, runs: Sequence[Record], optima: Mapping[str, float]) -> Iterator[str]:
+def _planner(planner: str, runs: Sequence[RunRecord], optima: Mapping[str, float]) -> Iterator[str]:
     yield planner
     settings = {"name": planner, **runs[0].parameters}
     yield f"{len(settings)} common properties"

@@ -5,13 +5,14 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import (
     Difference,
     Samples,
@@ -22,7 +23,7 @@ from gm_ompl.study.summary import (
     ratios,
     summarise,
 )
-from gm_ompl.study.tuning import Tuned
+from gm_ompl.study.tuning import Tuned, charts
 
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999933",
@@ -41,7 +42,7 @@ th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left }
 """
 
 
-def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
+def report_html(records: Sequence[RunRecord], optima: Mapping[str, float]) -> str:
     """Return the page.
 
     Args:
@@ -52,10 +53,7 @@ def report_html(records: Sequence[Record], optima: Mapping[str, float]) -> str:
         MissingExtraError: plotly is not installed.
     """
     go = plotly()
-    parts: list[Any] = [
-        _summary_table(summarise(records, optima)),
-        _difference_table(differences(records, optima)),
-    ]
+    parts: list[Any] = [part.html() for part in tables(records, optima)]
     for scenario, planners in grouped(records).items():
         parts += [f"<h2>{html.escape(scenario)}</h2>", *_charts(go, planners, optima)]
     return _page("Comparison of planners", [*parts, *_scaling(go, records)])
@@ -89,7 +87,7 @@ def plotly(extra: str = "plot") -> ModuleType:
 
 
 def _charts(
-    go: ModuleType, planners: Mapping[str, Sequence[Record]], optima: Mapping[str, float]
+    go: ModuleType, planners: Mapping[str, Sequence[RunRecord]], optima: Mapping[str, float]
 ) -> Iterator[Any]:
     """Yield a scenario's charts: success over time, cost over time, cost ratio."""
     success, cost, ratio = (go.Figure() for _ in range(3))
@@ -118,7 +116,7 @@ def _charts(
         yield figure
 
 
-def _scaling(go: ModuleType, records: Sequence[Record]) -> Iterator[Any]:
+def _scaling(go: ModuleType, records: Sequence[RunRecord]) -> Iterator[Any]:
     """Yield, where sizes differ, charts of what first plans took over the lattice's states."""
     solved = [run for run in records if run.solved and run.states is not None]
     if len({run.states for run in solved}) < 2:
@@ -144,7 +142,7 @@ def _scaling(go: ModuleType, records: Sequence[Record]) -> Iterator[Any]:
         yield figure
 
 
-def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list[float]]:
+def success_curve(runs: Sequence[RunRecord], end: float) -> tuple[list[float], list[float]]:
     """Return the steps of the share of runs that have a plan, from time 0 to ``end``."""
     found = np.sort(first_times(runs))
     found = found[np.isfinite(found)]
@@ -154,7 +152,7 @@ def success_curve(runs: Sequence[Record], end: float) -> tuple[list[float], list
 
 
 def cost_quantiles(
-    runs: Sequence[Record], times: Samples
+    runs: Sequence[RunRecord], times: Samples
 ) -> tuple[list[float | None], list[float | None], list[float | None]]:
     """Return the quartiles of the best cost so far over all runs; None where it is infinite.
 
@@ -173,11 +171,49 @@ def cost_quantiles(
     return low, middle, high
 
 
-def _summary_table(rows: Sequence[Summary]) -> str:
-    head = ("scenario", "planner", "runs", "with a plan", "first plan [s], median", "cost, median",
-            "cost / optimum", "regrasps", "least z", "mode decisions", "peak [MiB]",
+@dataclass(frozen=True)
+class Table:
+    """What a comparison says in rows: for terminals, pages and the documentation.
+
+    Attributes:
+        title: what it shows.
+        head: names of the columns; the first two say which runs a row is about.
+        rows: text.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def markdown(self) -> str:
+        """Return the table as Markdown, without its title."""
+        return table(self.head, self.rows)
+
+    def html(self) -> str:
+        """Return the table as HTML."""
+        lines = [
+            "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells)
+            for tag, cells in (("th", self.head), *(("td", row) for row in self.rows))
+        ]
+        body = "\n".join(f"<tr>{line}</tr>" for line in lines)
+        return f"<table><caption>{html.escape(self.title)}</caption>\n{body}</table>"
+
+
+def tables(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[Table, Table]:
+    """Return the summaries, and how planners differ from the first one, a column per figure."""
+    head = ("scenario", "planner", "runs", "with a plan", "first plan [s]", "cost",
+            "cost / optimum", "regrasps", "least z", "decisions", "peak [MiB]",
             "other ends")  # fmt: skip
-    return _table("Runs", head, [(row.scenario, row.planner, *figures(row)) for row in rows])
+    rows = tuple((row.scenario, row.planner, *figures(row)) for row in summarise(records, optima))
+    lines: dict[tuple[str, str], list[str]] = {}
+    heads: dict[str, None] = {}
+    for row in differences(records, optima):
+        lines.setdefault((row.scenario, row.planner), []).append(_difference(row))
+        heads[f"{row.what}, minus {row.against}'s"] = None
+    return Table("Runs: medians", head, rows), Table(
+        "Differences, with 95% intervals (* leaves out 0)", ("scenario", "planner", *heads),
+        tuple((*names, *cells) for names, cells in lines.items()),
+    )  # fmt: skip
 
 
 def figures(row: Summary) -> tuple[str, ...]:
@@ -188,21 +224,14 @@ def figures(row: Summary) -> tuple[str, ...]:
     return (str(row.runs), success, *map(figure, numbers), peak, others or "-")
 
 
-def _difference_table(rows: Sequence[Difference]) -> str:
-    head = ("scenario", "planner", "against", "figure", "difference", "95% interval")
-    cells = [
-        (row.scenario, row.planner, row.against, row.what, figure(row.value), interval(row))
-        for row in rows
-    ]
-    return _table("Differences from the first planner (bootstrap intervals)", head, cells)
-
-
-def _table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    def line(tag: str, cells: Sequence[str]) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-    body = "\n".join(line("td", row) for row in rows)
-    return f"<table><caption>{html.escape(caption)}</caption>\n{line('th', head)}\n{body}</table>"
+def _difference(row: Difference) -> str:
+    """Return a difference and its interval, marked where that leaves out zero."""
+    if row.value is None and row.low is None and row.high is None:
+        return "-"
+    if row.low is None and row.high is None:
+        return f"{figure(row.value)} (-)"
+    mark = " *" if row.supported else ""
+    return f"{figure(row.value)} ({figure(row.low)} to {figure(row.high)}{mark})"
 
 
 def figure(value: float | None) -> str:
@@ -225,14 +254,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
-def interval(difference: Difference) -> str:
-    """Return the interval of a difference; marked where it leaves out zero."""
-    if difference.low is None and difference.high is None:
-        return "-"
-    mark = " *" if difference.supported else ""
-    return f"{figure(difference.low)} to {figure(difference.high)}{mark}"
-
-
 def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
     """Return the page: history of the trials, importance of the parameters, and the gains.
 
@@ -245,7 +266,7 @@ def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
         MissingExtraError: plotly is not installed.
     """
     lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
-    return _page(title, [*lines, *_figures(plotly("tune"), tuned, measures)])
+    return _page(title, [*lines, *_figures(tuned, measures)])
 
 
 def gain_lines(tuned: Tuned) -> Iterator[str]:
@@ -259,29 +280,11 @@ def gain_lines(tuned: Tuned) -> Iterator[str]:
         )
 
 
-def _figures(go: ModuleType, tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
-    values = np.array([trial.values for trial in tuned.trials])
-    texts = [html.escape(str(trial.parameters)) for trial in tuned.trials]
-    for column, measure in enumerate(measures):
-        history = go.Figure()
-        history.add_scatter(y=values[:, column].tolist(), mode="markers", name="trial", text=texts)
-        best = np.minimum.accumulate(values[:, column]).tolist()
-        history.add_scatter(y=best, mode="lines", name="best so far")
-        history.update_layout(title=f"History: {measure} (geometric mean), trial 0 has the "
-                              "defaults", xaxis_title="trial", yaxis_title=measure)  # fmt: skip
-        yield history
-    if len(measures) == 2:
-        front = go.Figure()
-        front.add_scatter(x=values[:, 0].tolist(), y=values[:, 1].tolist(), mode="markers",
-                          name="trial", text=texts)  # fmt: skip
-        chosen = values[list(tuned.front)]
-        front.add_scatter(x=chosen[:, 0].tolist(), y=chosen[:, 1].tolist(), mode="markers",
-                          name="beaten by none")  # fmt: skip
-        front.update_layout(title="Both measures", xaxis_title=measures[0],
-                            yaxis_title=measures[1])  # fmt: skip
-        yield front
+def _figures(tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
+    """Yield optuna's charts and the importances of the parameters."""
+    yield from charts(tuned.study, measures)
     shares = tuned.importances
-    bars = go.Figure(go.Bar(x=list(shares.values()), y=list(shares), orientation="h"))
-    bars.update_layout(title=f"Importance: share of the differences in {measures[0]} that each "
-                       "parameter explains alone", xaxis_range=[0, 1])  # fmt: skip
-    yield bars
+    bars = plotly("tune").Figure()
+    bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")
+    title = f"Importance: share of the differences in {measures[0]} that each explains alone"
+    yield bars.update_layout(title=title, xaxis_range=[0, 1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Progress
 from gm_ompl.problem import Problem
@@ -26,7 +26,7 @@ def carry_out(task: Task) -> dict[str, Any]:
         if progress.cost is not None and not first:
             first.append(progress)
 
-    plan = api.plan(
+    plan = gm_ompl.plan(
         scenario,
         task.planner,
         time_limit=limits.time_s,

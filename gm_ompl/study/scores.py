@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gm_ompl.study.store import Record
-from gm_ompl.study.summary import CONFIDENCE, RESAMPLES, SEED, Samples
+from gm_ompl.study.store import RunRecord
+from gm_ompl.study.summary import RESAMPLES, SEED, Samples, ends
 
 PENALTY = 10.0
 """A run without a plan counts as this many times what it had spent, or as this cost."""
@@ -48,32 +48,32 @@ class Gain:
 Reference = Mapping[str, float]
 
 
-def _decisions(run: Record, _: Reference) -> float:
+def _decisions(run: RunRecord, _: Reference) -> float:
     if run.first_plan_decisions is not None:
         return max(1.0, run.first_plan_decisions)
     return PENALTY * max(1.0, run.mode_decisions or 0)
 
 
-def _time(run: Record, _: Reference) -> float:
+def _time(run: RunRecord, _: Reference) -> float:
     if run.first_plan_s is not None:
         return max(LEAST_S, run.first_plan_s)
     return PENALTY * max(LEAST_S, run.search_s or run.wall_s)
 
 
-def _cost(run: Record, reference: Reference) -> float | None:
+def _cost(run: RunRecord, reference: Reference) -> float | None:
     if run.scenario_key not in reference:
         return None
     return PENALTY if run.cost is None else run.cost / reference[run.scenario_key]
 
 
-MEASURES: Mapping[str, Callable[[Record, Reference], float | None]] = {
+MEASURES: Mapping[str, Callable[[RunRecord, Reference], float | None]] = {
     "decisions": _decisions, "time": _time, "cost": _cost,
 }  # fmt: skip
 """Mode decisions to the first plan, which no machine changes; time to it [s]; cost of the best
 plan over the defaults' mean, on scenarios that they have planned."""
 
 
-def _references(base: Sequence[Record]) -> dict[str, float]:
+def _references(base: Sequence[RunRecord]) -> dict[str, float]:
     """Return the geometric mean of the costs by scenario, where there is one."""
     costs: dict[str, list[float]] = {}
     for run in base:
@@ -82,7 +82,7 @@ def _references(base: Sequence[Record]) -> dict[str, float]:
     return {key: math.exp(float(np.mean(logs))) for key, logs in costs.items()}
 
 
-def _logs(name: str, runs: Sequence[Record], reference: Reference) -> dict[str, Samples]:
+def _logs(name: str, runs: Sequence[RunRecord], reference: Reference) -> dict[str, Samples]:
     """Return the logarithms of a measure by scenario."""
     logs: dict[str, list[float]] = {}
     for run in runs:
@@ -92,7 +92,7 @@ def _logs(name: str, runs: Sequence[Record], reference: Reference) -> dict[str, 
     return {key: np.array(values) for key, values in logs.items()}
 
 
-def score(name: str, runs: Sequence[Record], base: Sequence[Record]) -> float:
+def score(name: str, runs: Sequence[RunRecord], base: Sequence[RunRecord]) -> float:
     """Return the geometric mean of a measure over runs.
 
     Args:
@@ -104,7 +104,7 @@ def score(name: str, runs: Sequence[Record], base: Sequence[Record]) -> float:
     return math.exp(float(np.mean(np.concatenate(list(logs.values()))))) if logs else 1.0
 
 
-def gain(name: str, old: Sequence[Record], new: Sequence[Record]) -> Gain:
+def gain(name: str, old: Sequence[RunRecord], new: Sequence[RunRecord]) -> Gain:
     """Return how the new setting's runs gain on the old one's, on the same scenarios.
 
     Scenarios are drawn anew, for both settings the same, then runs within each.
@@ -121,10 +121,8 @@ def gain(name: str, old: Sequence[Record], new: Sequence[Record]) -> Gain:
     # (scenarios, resamples): each scenario's difference with its runs drawn anew.
     drawn = np.array([_drawn(rng, a) - _drawn(rng, b) for a, b in pairs])
     chosen = rng.integers(len(pairs), size=(len(pairs), RESAMPLES))
-    spread = np.sort(np.take_along_axis(drawn, chosen, axis=0).mean(axis=0))
-    tail = (1.0 - CONFIDENCE) / 2.0
-    ends = spread[int(tail * RESAMPLES)], spread[int((1.0 - tail) * RESAMPLES) - 1]
-    low, high = (math.exp(float(end)) for end in ends)
+    spread = np.take_along_axis(drawn, chosen, axis=0).mean(axis=0)
+    low, high = map(math.exp, ends(spread))
     return Gain(math.exp(float(means.mean())), low, high, shares)
 
 

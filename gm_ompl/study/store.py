@@ -1,24 +1,27 @@
-"""Finished runs on disk: each stored at once, found again by its key."""
+"""Finished runs and trials on disk, nothing lost by a kill; the only import of pyarrow."""
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, TypeAlias
+from types import ModuleType, NoneType
+from typing import Any, TypeAlias, final, get_args, get_type_hints
 
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.reading import Kind, check_ordinary
+from gm_ompl.writing import whole
 
 History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
 
 
 @dataclass(frozen=True)
-class Record:
+class RunRecord:
     """One finished run.
 
     Attributes:
@@ -92,7 +95,7 @@ class Record:
 
 KIND = Kind("store of runs", "SQLite, as compare and tune write it", 2**40)
 
-_COLUMNS = tuple(field.name for field in fields(Record))
+_COLUMNS = tuple(field.name for field in fields(RunRecord))
 _JSON = ("parameters", "history")
 _CREATE = f"""CREATE TABLE IF NOT EXISTS runs
 ({", ".join(f"{name} {'TEXT PRIMARY KEY' if name == 'key' else ''}" for name in _COLUMNS)})"""
@@ -126,7 +129,7 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._connection.close()
 
-    def add(self, record: Record) -> None:
+    def add(self, record: RunRecord) -> None:
         """Store a run; one that is there already stays as it is."""
         values = [
             json.dumps(getattr(record, name)) if name in _JSON else getattr(record, name)
@@ -136,17 +139,17 @@ class Store:
         with _named(self.path):
             self._connection.execute(f"INSERT OR IGNORE INTO runs VALUES ({marks})", values)
 
-    def get(self, keys: Iterable[str]) -> dict[str, Record]:
+    def get(self, keys: Iterable[str]) -> dict[str, RunRecord]:
         """Return the stored ones of the runs with these keys."""
         select = "SELECT * FROM runs WHERE key = ?"
         records = (record for key in keys for record in self._select(select, (key,)))
         return {record.key: record for record in records}
 
-    def all(self) -> tuple[Record, ...]:
+    def all(self) -> tuple[RunRecord, ...]:
         """Return every stored run, in the order in which they finished."""
         return tuple(self._select("SELECT * FROM runs ORDER BY rowid"))
 
-    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[Record]:
+    def _select(self, command: str, values: tuple[str, ...] = ()) -> list[RunRecord]:
         try:
             return [_record(row) for row in self._connection.execute(command, values)]
         except (sqlite3.Error, ValueError, TypeError) as error:
@@ -168,9 +171,96 @@ def _named(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot be used as a store of runs: {error}") from None
 
 
-def _record(row: tuple[Any, ...]) -> Record:
+def _record(row: tuple[Any, ...]) -> RunRecord:
     values = dict(zip(_COLUMNS, row, strict=True))
     values["parameters"] = json.loads(values["parameters"])
     values["history"] = tuple(tuple(entry) for entry in json.loads(values["history"]))
     values["optimal"] = bool(values["optimal"])
-    return Record(**values)
+    return RunRecord(**values)
+
+
+def write_parquet(records: Sequence[RunRecord], path: Path) -> None:
+    """Write the runs, a row each, the columns being those of ``RunRecord``.
+
+    Parameters are JSON text; the history is a list of (time_s, cost, lower_bound). A column has the
+    same type whatever the runs hold.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    arrow, parquet = _pyarrow()
+    schema = arrow.schema([(name, _type(arrow, name, hint)) for name, hint in _hints().items()])
+    rows = [{name: _value(name, getattr(run, name)) for name in schema.names} for run in records]
+    with whole(path) as part:
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), part)
+
+
+def _pyarrow() -> tuple[ModuleType, ModuleType]:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise MissingExtraError("pyarrow", "parquet") from None
+    return pyarrow, pyarrow.parquet
+
+
+def _hints() -> dict[str, Any]:
+    hints = get_type_hints(RunRecord)
+    return {field.name: hints[field.name] for field in fields(RunRecord)}
+
+
+def _type(arrow: ModuleType, name: str, hint: Any) -> Any:
+    """Return the column type of a field: of ``X`` and of ``X | None`` the same."""
+    if name == "history":
+        parts = ("time_s", "cost", "lower_bound")
+        return arrow.list_(arrow.struct([(part, arrow.float64()) for part in parts]))
+    kinds = {float: arrow.float64(), int: arrow.int64(), bool: arrow.bool_()}
+    (kind,) = [part for part in get_args(hint) or (hint,) if part is not NoneType][:1]
+    return kinds.get(kind, arrow.string())
+
+
+def _value(name: str, value: Any) -> Any:
+    if name == "parameters":
+        return json.dumps(value)
+    if name == "history":
+        return [dict(zip(("time_s", "cost", "lower_bound"), entry, strict=True)) for entry in value]
+    return value
+
+
+@contextmanager
+def writing_journal(journal: Path) -> Iterator[None]:
+    """Name the journal where it cannot be read or written.
+
+    Raises:
+        InputError: that is so.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot write {journal}: {error.strerror or error}") from error
+    except ValueError as error:  # optuna's word for a line that is no JSON
+        raise InputError(
+            f"{journal}: is no journal of a study, or torn: {error}; name another file with -o"
+        ) from error
+
+
+@final
+class JournalLock:
+    """Lets one process at a time write a journal; the system unlocks for a process that was killed.
+
+    Optuna's own locks are files, which a killed process leaves behind.
+    """
+
+    def __init__(self, journal: Path) -> None:
+        self._file = journal.with_name(f"{journal.name}.lock")
+        self._handle = -1
+
+    def acquire(self) -> bool:
+        """Wait for the lock."""
+        self._handle = os.open(self._file, os.O_CREAT | os.O_RDWR, 0o666)
+        fcntl.flock(self._handle, fcntl.LOCK_EX)
+        return True
+
+    def release(self) -> None:
+        """Let others have it."""
+        os.close(self._handle)

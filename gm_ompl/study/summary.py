@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -90,7 +90,7 @@ class Difference:
 
 ORDINARY = ("solved", "budget")
 
-Groups: TypeAlias = dict[str, dict[str, list[Record]]]
+Groups: TypeAlias = dict[str, dict[str, list[RunRecord]]]
 
 
 def family(scenario: str) -> str:
@@ -99,7 +99,7 @@ def family(scenario: str) -> str:
     return found[1] if found else scenario
 
 
-def grouped(records: Sequence[Record], group: Callable[[str], str] = family) -> Groups:
+def grouped(records: Sequence[RunRecord], group: Callable[[str], str] = family) -> Groups:
     """Return the runs by group of scenarios and planner, in the order of first runs.
 
     Args:
@@ -112,13 +112,13 @@ def grouped(records: Sequence[Record], group: Callable[[str], str] = family) -> 
     return groups
 
 
-def first_times(records: Sequence[Record]) -> Samples:
+def first_times(records: Sequence[RunRecord]) -> Samples:
     """Return the times to the first plan [s], +inf without one, shape (runs,)."""
     times = (record.first_plan_s for record in records)
     return np.array([math.inf if time is None else time for time in times])
 
 
-def ratios(records: Sequence[Record], optima: Mapping[str, float]) -> Samples:
+def ratios(records: Sequence[RunRecord], optima: Mapping[str, float]) -> Samples:
     """Return cost over the optimum for the runs that have a plan and a known optimum."""
     return np.array([
         record.cost / optima[record.scenario_key]
@@ -127,7 +127,7 @@ def ratios(records: Sequence[Record], optima: Mapping[str, float]) -> Samples:
     ])  # fmt: skip
 
 
-def summarise(records: Sequence[Record], optima: Mapping[str, float]) -> tuple[Summary, ...]:
+def summarise(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[Summary, ...]:
     """Return a summary per scenario and planner."""
     return tuple(
         _summary(scenario, planner, runs, optima)
@@ -137,7 +137,7 @@ def summarise(records: Sequence[Record], optima: Mapping[str, float]) -> tuple[S
 
 
 def _summary(
-    scenario: str, planner: str, runs: Sequence[Record], optima: Mapping[str, float]
+    scenario: str, planner: str, runs: Sequence[RunRecord], optima: Mapping[str, float]
 ) -> Summary:
     others = Counter(run.status for run in runs if run.status not in ORDINARY)
     return Summary(
@@ -161,7 +161,9 @@ def _median(values: Samples | Sequence[float | None]) -> float | None:
     return _finite(float(_medians(np.array(known)))) if known else None
 
 
-def differences(records: Sequence[Record], optima: Mapping[str, float]) -> tuple[Difference, ...]:
+def differences(
+    records: Sequence[RunRecord], optima: Mapping[str, float]
+) -> tuple[Difference, ...]:
     """Return how each planner differs from the first one, scenario by scenario.
 
     In a random family the scenarios, not the runs, are drawn anew, for both planners the same; cost
@@ -185,9 +187,9 @@ Interval: TypeAlias = tuple[float | None, float | None, float | None]
 
 
 def _interval(
-    runs: Sequence[Record],
-    base: Sequence[Record],
-    sample: Callable[[Sequence[Record]], Samples],
+    runs: Sequence[RunRecord],
+    base: Sequence[RunRecord],
+    sample: Callable[[Sequence[RunRecord]], Samples],
     statistic: Statistic,
 ) -> Interval:
     keys = dict.fromkeys(run.scenario_key for run in base)
@@ -200,7 +202,7 @@ def _interval(
     return paired_difference([(a, b) for a, b in pairs if a.size and b.size], statistic)
 
 
-def _successes(records: Sequence[Record]) -> Samples:
+def _successes(records: Sequence[RunRecord]) -> Samples:
     return np.array([float(record.solved) for record in records])
 
 
@@ -236,7 +238,7 @@ def difference(a: Samples, b: Samples, statistic: Statistic) -> Interval:
     rng = np.random.default_rng(SEED)
     drawn = [statistic(rng.choice(x, (RESAMPLES, x.size))) for x in (a, b)]
     with np.errstate(invalid="ignore"):
-        return _ends(float(statistic(a) - statistic(b)), drawn[0] - drawn[1])
+        return _interval_of(float(statistic(a) - statistic(b)), drawn[0] - drawn[1])
 
 
 def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Statistic) -> Interval:
@@ -258,16 +260,21 @@ def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Stati
 
     with np.errstate(invalid="ignore"):
         drawn = rng.integers(len(pairs), size=(RESAMPLES, len(pairs)))
-        return _ends(value(range(len(pairs))), np.array([value(row) for row in drawn]))
+        return _interval_of(value(range(len(pairs))), np.array([value(row) for row in drawn]))
 
 
-def _ends(value: float, drawn: Samples) -> Interval:
-    """Return the value and the ends of the interval that holds 95% of what was drawn."""
-    spread = np.sort(drawn)
+def ends(drawn: Samples) -> tuple[float, float]:
+    """Return the ends of the interval that holds 95% of what was drawn."""
     tail = (1.0 - CONFIDENCE) / 2.0
-    low = float(spread[int(tail * RESAMPLES)])
-    high = float(spread[int((1.0 - tail) * RESAMPLES) - 1])
-    if np.isnan(spread).any() or not (math.isfinite(low) or math.isfinite(high)):
+    low = np.quantile(drawn, tail, method="inverted_cdf")
+    high = np.quantile(drawn, 1.0 - tail, method="inverted_cdf")
+    return float(low), float(high)
+
+
+def _interval_of(value: float, drawn: Samples) -> Interval:
+    """Return the value and the ends of what was drawn; None where nothing is known."""
+    low, high = (math.nan, math.nan) if np.isnan(drawn).any() else ends(drawn)
+    if math.isnan(low) or not (math.isfinite(low) or math.isfinite(high)):
         return _finite(value), None, None
     return _finite(value), low, high
 

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -25,9 +25,8 @@ from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.journal import JournalLock, writing_journal
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import JournalLock, RunRecord, Store, writing_journal
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
@@ -114,6 +113,7 @@ class Tuned:
         front: places of the trials that no other beats in every measure.
         importances: see ``importances``.
         gains: per measure, the winner against the defaults on the held-out scenarios.
+        study: optuna's, for its charts.
     """
 
     trials: tuple[Tried, ...]
@@ -121,6 +121,7 @@ class Tuned:
     front: tuple[int, ...]
     importances: Mapping[str, float]
     gains: Mapping[str, Gain]
+    study: Any
 
 
 def searched(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
@@ -159,34 +160,19 @@ def tune(
     if watch is not None:
         watch(len(finished), design.trials)
     trials = tuple(Tried(dict(t.params), tuple(t.values)) for t in finished[: design.trials])
-    front = _front(trials)
+    best_numbers = {trial.number for trial in study.best_trials}
+    front = tuple(k for k, t in enumerate(finished[: design.trials]) if t.number in best_numbers)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
-    return Tuned(trials, best, front, importances(trials), _gains(
-        design, trials[best].parameters, store, executor
-    ))  # fmt: skip
+    gains = _gains(design, trials[best].parameters, store, executor)
+    return Tuned(trials, best, front, importances(trials), gains, study)
 
 
 def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
     """Return the gain in every measure on the held-out scenarios."""
-    sides: list[tuple[Record, ...]] = [
+    sides: list[tuple[RunRecord, ...]] = [
         compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
     ]
     return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
-
-
-def _front(trials: Sequence[Tried]) -> tuple[int, ...]:
-    """Return the places of the trials that no other beats or equals in every measure."""
-
-    def beaten(place: int) -> bool:
-        own = trials[place].values
-        return any(
-            all(a <= b for a, b in zip(other.values, own, strict=True))
-            and (other.values != own or rank < place)
-            for rank, other in enumerate(trials)
-            if rank != place
-        )
-
-    return tuple(place for place in range(len(trials)) if not beaten(place))
 
 
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
@@ -263,6 +249,21 @@ def importances(trials: Sequence[Tried]) -> dict[str, float]:
         spread = float(y @ y)
         shares[name] = max(0.0, 1.0 - float(rest @ rest) / spread) if spread > 0.0 else 0.0
     return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def charts(study: Any, measures: tuple[str, ...]) -> Iterator[Any]:
+    """Yield a study's history for every measure, and of two measures the front."""
+    drawing = _optuna().visualization
+
+    def measured(column: int) -> Callable[[Any], float]:
+        return lambda trial: float(trial.values[column])
+
+    for k, name in enumerate(measures):
+        yield drawing.plot_optimization_history(
+            study, target=measured(k), target_name=f"{name}, trial 0 has the defaults"
+        )
+    if len(measures) == 2:
+        yield drawing.plot_pareto_front(study, target_names=list(measures))
 
 
 def _optuna() -> ModuleType:

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
-from gm_ompl import api
+import gm_ompl
 from gm_ompl.errors import InputError
 
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
@@ -29,10 +29,10 @@ Version: TypeAlias = tuple[str, str, Any]
 def warm_up(planners: Iterable[str]) -> None:
     """Import what these planners use, and load or compile most of it."""
     for name in WARMING:
-        scenario = api.load(name, SMALL)
+        scenario = gm_ompl.load(name, SMALL)
         for planner in planners:
             with contextlib.suppress(InputError):  # its runs will say so
-                api.plan(scenario, planner, max_iterations=20, time_limit=2.0)
+                gm_ompl.plan(scenario, planner, max_iterations=20, time_limit=2.0)
 
 
 def compiled_versions() -> set[Version]:

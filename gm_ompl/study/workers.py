@@ -24,7 +24,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 Outcome: TypeAlias = dict[str, Any]
-"""Fields of ``Record``."""
+"""Fields of ``RunRecord``."""
 
 
 class Executor(Protocol):
@@ -84,10 +84,7 @@ class LocalExecutor:
             waiting.extendleft(sorted(flying, reverse=True))
 
     def _serve(
-        self,
-        tasks: Sequence[Task],
-        waiting: deque[int],
-        flying: set[int],
+        self, tasks: Sequence[Task], waiting: deque[int], flying: set[int]
     ) -> Iterator[tuple[int, Outcome]]:
         """Yield outcomes until all tasks are done or the server is gone; ``flying`` stays true."""
         with contextlib.suppress(BrokenPipeError):

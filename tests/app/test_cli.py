@@ -15,6 +15,7 @@ import pytest
 import yaml
 from typer.testing import CliRunner, Result
 
+import gm_ompl
 from gm_ompl import api
 from gm_ompl.app.main import app, run
 from gm_ompl.plan.model import Plan
@@ -172,7 +173,7 @@ def test_a_folder_without_permission_is_refused_before_planning(
 ) -> None:
     """-o into a folder that cannot be written: exit code 2 before anything is planned."""
     monkeypatch.setattr(os, "access", lambda path, _: Path(path) != tmp_path)
-    monkeypatch.setattr(api, "plan", None)
+    monkeypatch.setattr(gm_ompl, "plan", None)
     result = invoke("plan", "paper/slide", "-o", tmp_path / "plan.json")
     assert result.exit_code == 2
     assert "not writable" in result.stderr
@@ -207,7 +208,7 @@ def test_a_bug_ends_with_1_in_one_line_and_writes_nothing(
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("division\nby zero")
 
-    monkeypatch.setattr(api, "plan", broken)
+    monkeypatch.setattr(gm_ompl, "plan", broken)
     arguments = ["plan", "paper/slide", "-o", str(tmp_path / "plan.json")]
     result = invoke(*arguments)
     assert result.exit_code == 1
@@ -224,7 +225,7 @@ def test_ctrl_c_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(api, "load", interrupted)
+    monkeypatch.setattr(gm_ompl, "load", interrupted)
     result = invoke("plan", "paper/slide")
     assert result.exit_code == 130
     assert "Traceback" not in result.stderr
@@ -240,7 +241,7 @@ def test_interrupted_search_writes_what_is_known(
     def interrupting(*args: Any, **kwargs: Any) -> Plan:
         return real(*args, **{**kwargs, "report": lambda _: signal.raise_signal(kind)})
 
-    monkeypatch.setattr(api, "plan", interrupting)
+    monkeypatch.setattr(gm_ompl, "plan", interrupting)
     path = tmp_path / "plan.json"
     monkeypatch.setattr(sys, "argv", ["gm-ompl", "plan", "paper/slide", *SMALL, "-o", str(path)])
     before = signal.getsignal(signal.SIGTERM)

@@ -21,8 +21,7 @@ from typer.testing import CliRunner, Result
 from gm_ompl.app.main import app
 from gm_ompl.errors import InputError
 from gm_ompl.simulation.video import Film
-from gm_ompl.study.journal import JournalLock, writing_journal
-from gm_ompl.study.store import Store
+from gm_ompl.study.store import JournalLock, Store, writing_journal
 
 SMALL = ["paper/slide", "--set", "lattice.segments=3", "--set", "fingers.placements.grid=[2, 2]"]
 

@@ -145,8 +145,8 @@ def test_equal_states_are_decided_once(hand_plan: Plan, monkeypatch: pytest.Monk
         return statics(instant)
 
     # By module object: gm_ompl.check, as an attribute, is the public function.
-    referee = importlib.import_module("gm_ompl.check.referee")
-    monkeypatch.setattr(referee, "statics", counting)
+    recheck = importlib.import_module("gm_ompl.check.recheck")
+    monkeypatch.setattr(recheck, "statics", counting)
     assert check(hand_plan).holds
     assert len(calls) == 3  # along x, at rest, along y
 

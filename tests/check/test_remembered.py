@@ -10,7 +10,7 @@ import pytest
 
 import gm_ompl
 from gm_ompl.check import remembered
-from gm_ompl.check.referee import Referee
+from gm_ompl.check.recheck import Hold, Recheck
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.reference import highs
 from gm_ompl.reference.internal_force import excessive_internal_force
@@ -31,13 +31,13 @@ def instants(name: str, rows: tuple[int, ...]) -> list[Any]:
     problem = gm_ompl.load(name).problem
     rows = tuple(row % len(problem.fingers.placements) for row in rows)
     rows = rows[: problem.fingers.count]
-    referee, found = Referee(problem), []
+    recheck, found = Recheck(problem), []
     low, high = np.array(problem.motion.low), np.array(problem.motion.high)
     start = np.array(problem.start)
     direction = tuple(0.2 * (high - low))
     for k in range(INSTANTS):
         q = tuple(start + (k + 0.5) / INSTANTS * np.array(direction))
-        contacts = referee.contacts(problem.motion.moment(q, direction))
+        contacts = recheck.contacts(problem.motion.moment(q, direction))
         found.append(problem.instant(contacts, tuple(range(len(rows))), rows))
     return found
 
@@ -86,17 +86,17 @@ def test_no_bound_is_below_what_some_f_com_reaches(name: str, rows: tuple[int, .
 def test_the_best_is_told_from_what_is_worse() -> None:
     """Along a tumble, z a hair above the best is unbeaten, and z a hair below is beaten."""
     problem = gm_ompl.load("paper/tumble").problem
-    referee, hand = Referee(problem), ((0, 1), (10, 60))
+    recheck, hand = Recheck(problem), ((0, 1), (10, 60))
     judged = 0
     for k in range(INSTANTS):
-        contacts = referee.contacts(problem.motion.moment((0.02 * (k + 0.5),), (1.0,)))
+        contacts = recheck.contacts(problem.motion.moment((0.02 * (k + 0.5),), (1.0,)))
         best = decide_modes(problem.instant(contacts, *hand))
         if not best.z > 0.0:
             continue
         judged += 1
         for factor, unbeaten in ((1.0 + 1e-6, True), (1.0 - 1e-4, False)):
-            claim = (best.modes, best.f_com, factor * best.z)
-            assert referee.unbeaten(contacts, hand, *claim) is unbeaten
+            hold = Hold(contacts, *hand, best.modes, best.f_com)
+            assert recheck.unbeaten(hold, factor * best.z) is unbeaten
     assert judged > INSTANTS // 2
 
 

@@ -45,7 +45,7 @@ def test_only_the_tampered_step_is_blamed(draft: Draft, name: str) -> None:
     total(draft)
     report = check(Plan.model_validate_json(json.dumps(draft)))
     assert {violation.step for violation in report.violations} == {case.step}
-    assert [step.number for step in report.steps if not step.holds] == [case.step]
+    assert [step.step for step in report.steps if not step.holds] == [case.step]
 
 
 FORMAT = {

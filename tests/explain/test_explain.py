@@ -14,18 +14,14 @@ import pytest
 from typer.testing import CliRunner
 
 import gm_ompl
-from gm_ompl.app.explain_text import lines
-from gm_ompl.app.explaining import read_coordinates, read_placements
+from gm_ompl.app.explaining import lines, read_coordinates, read_placements
 from gm_ompl.app.main import app
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.errors import InputError
-from gm_ompl.explain import attempts, remedies
-from gm_ompl.explain.blame import Blame
-from gm_ompl.explain.deadline import Deadline
-from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.lanes import whole_lane
-from gm_ompl.explain.limits import Answer, knobs, least
-from gm_ompl.explain.regions import whole_region
+from gm_ompl.explain import remedies
+from gm_ompl.explain.instants import Blame, Explainer
+from gm_ompl.explain.limits import Answer, Deadline, knobs, least
+from gm_ompl.explain.regions import whole_lane, whole_region
 from gm_ompl.explain.remedies import PLAN
 from gm_ompl.explain.touching import contacts_at
 from gm_ompl.explain.values import Explanation, Remedy
@@ -217,10 +213,10 @@ def test_a_sampler_is_not_bound_to_the_lattice(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_finer_lattice_is_twice_as_fine(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the attempt names as a change loads, and has twice the nodes along each axis."""
-    monkeypatch.setattr(attempts, "search", lambda *_: Status.SOLVED)
+    monkeypatch.setattr(remedies, "search", lambda *_: Status.SOLVED)
     for name, factor in (("paper/slide", 2), ("planar/turn", 8)):
         before = load(name)
-        attempt = attempts.finer(before, 1.0)
+        attempt = remedies.finer(before, 1.0)
         assert attempt is not None and attempt.change is not None
         assert attempt.sentence == f"a lattice twice as fine has a plan: --set {attempt.change}"
         after = load(name, [attempt.change]).problem.lattice
@@ -269,7 +265,7 @@ def test_an_interrupt_ends_the_explanation(monkeypatch: pytest.MonkeyPatch) -> N
         def solve(self, *_: object) -> SearchResult:
             return SearchResult(Status.INTERRUPTED)
 
-    monkeypatch.setattr(attempts, "make_planner", lambda _: Interrupted())
+    monkeypatch.setattr(remedies, "make_planner", lambda _: Interrupted())
     assert CliRunner().invoke(app, ["explain", "paper/slide"]).exit_code == 130
 
 

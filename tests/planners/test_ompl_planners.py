@@ -207,9 +207,10 @@ def test_planner_data_outlives_its_planner(name: str) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"rnage": 0.5}, "did you mean 'range'"),
-        ({"range": 2.0}, "from 0.001 to 1"),
-        ({"range": True}, "a number"),
+        ({"range": 0.5}, "did you mean 'range_share'"),
+        ({"guided": 0.5}, "did you mean 'guided_share'"),
+        ({"range_share": 2.0}, "from 0.001 to 1"),
+        ({"range_share": True}, "a number"),
         ({"goal_bias": "often"}, "a number"),
         ({"first_plan": 1}, "true or false"),
     ],

@@ -18,13 +18,11 @@ from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
 from gm_ompl.plan.model import Plan
-from gm_ompl.simulation.disturb import disturb
-from gm_ompl.simulation.execute import Setup, execute, prepare
+from gm_ompl.simulation.disturb import disturb, probe, resisted
+from gm_ompl.simulation.execute import Setup, errant_world, execute, prepare
 from gm_ompl.simulation.physics import STEP, Physics
-from gm_ompl.simulation.probe import probe, resisted
 from gm_ompl.simulation.pulses import Disturber, shape
 from gm_ompl.simulation.timeline import PHASES
-from gm_ompl.simulation.vary import errant_world
 from gm_ompl.simulation.world import World
 
 pytestmark = pytest.mark.skipif(

@@ -14,11 +14,10 @@ from gm_ompl.plan.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.balance import balance
-from gm_ompl.simulation.beats import Run, beats
-from gm_ompl.simulation.pace import Pace, progress, ramp
 from gm_ompl.simulation.schedule import schedule
-from gm_ompl.simulation.timeline import PHASES, Timeline
-from gm_ompl.simulation.travel import Clearance
+from gm_ompl.simulation.segments import commanded, runs
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, progress, ramp
+from gm_ompl.simulation.transit import Clearance
 
 DT = 0.005
 
@@ -86,32 +85,36 @@ def test_commands_are_the_plans(line: Timeline, regrasp_plan: Plan) -> None:
 
 
 def test_a_lifted_finger_stays_clear(line: Timeline, regrasp_plan: Plan) -> None:
-    """While a finger travels it keeps its distance from object, floor, walls and other finger."""
+    """In transit a finger keeps its distance from object, floor, walls and other finger."""
     problem = problem_of(regrasp_plan)
-    travel = np.flatnonzero(line.phase == PHASES.index("travel"))
-    assert len(travel)
-    i = int(np.flatnonzero(~line.down[travel[0]])[0])
-    pose = Pose(line.rotation[travel[0]], line.position[travel[0]])
-    other = line.centre[travel[0], [1 - i]]
+    transit = np.flatnonzero(line.phase == PHASES.index("transit"))
+    assert len(transit)
+    i = int(np.flatnonzero(~line.down[transit[0]])[0])
+    pose = Pose(line.rotation[transit[0]], line.position[transit[0]])
+    other = line.centre[transit[0], [1 - i]]
     clear = Clearance(problem, pose, i, other, problem.fingers.radius[[1 - i]], 0.0)
-    assert clear.free(line.centre[travel, i]).all()
+    assert clear.free(line.centre[transit, i]).all()
     assert not line.notes
 
 
 def test_runs_break_only_where_modes_or_fingers_change(regrasp_plan: Plan) -> None:
-    """A run's stretches follow each other, and cover the plan's way exactly once."""
-    parts = [b for b in beats(regrasp_plan, problem_of(regrasp_plan)) if isinstance(b, Run)]
-    stretches = [stretch for run in parts for stretch in run.stretches]
-    for before, after in itertools.pairwise(stretches):
+    """A run's segments follow each other, and cover the plan's way exactly once."""
+    vertices = problem_of(regrasp_plan).body.vertices
+    parts = [run for run in runs(regrasp_plan, vertices) if isinstance(run, list)]
+    segments = [segment for run in parts for segment in run]
+    for before, after in itertools.pairwise(segments):
         assert np.allclose(before.part.end.position, after.part.start.position)
         assert np.allclose(before.part.end.rotation, after.part.start.rotation)
     steps = [step for step in regrasp_plan.steps if step.kind == "displacement"]
-    for pose, record in ((stretches[0].part.start, steps[0].pose_from),
-                         (stretches[-1].part.end, steps[-1].pose_to)):  # fmt: skip
+    for pose, record in ((segments[0].part.start, steps[0].pose_from),
+                         (segments[-1].part.end, steps[-1].pose_to)):  # fmt: skip
         assert np.allclose(pose.position, record.position)
         assert np.allclose(pose.quaternion(), record.quaternion)
-    for before_run, after_run in itertools.pairwise(parts):
-        assert (before_run.force, before_run.placements) != (after_run.force, after_run.placements)
+    assert sum(map(len, parts)) == sum(len(step.segments) for step in steps)
+    for run, following in itertools.pairwise(parts):
+        assert len({segment.record.modes for segment in run}) == 1
+        last, first = run[-1], following[0]
+        assert (last.record.modes, last.placements) != (first.record.modes, first.placements)
 
 
 def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
@@ -126,8 +129,7 @@ def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
     segment = step.segments[1]
     found = balance(
         problem, arc_of(step).moment(0.5), step.placements,
-        [mode == "force" for mode in segment.modes],
-        np.array([f or 0.0 for f in segment.f_com]),
+        *commanded(segment),
     )  # fmt: skip
     assert found.holds
     normals = np.array([place.normal for place in step.placements])

@@ -19,7 +19,7 @@ import gm_ompl
 from gm_ompl.errors import InputError
 from gm_ompl.study.cluster import DaskExecutor, make_executor, secured
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
 
@@ -87,7 +87,7 @@ def connected(cluster: Cluster) -> DaskExecutor:
     raise AssertionError("the scheduler does not start")
 
 
-def found(records: tuple[Record, ...]) -> list[tuple[object, ...]]:
+def found(records: tuple[RunRecord, ...]) -> list[tuple[object, ...]]:
     return [
         (r.key, r.status, r.cost, r.regrasps, r.least_z, r.mode_decisions, r.iterations)
         for r in records

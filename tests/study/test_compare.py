@@ -17,7 +17,7 @@ import pytest
 import gm_ompl
 from gm_ompl.errors import InputError
 from gm_ompl.study.compare import compare, make_tasks, optima
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
 
@@ -34,13 +34,13 @@ def small_tasks(seeds: int = 4, limits: Limits = LIMITS) -> tuple[Task, ...]:
     return make_tasks(scenarios, ("astar", "RRT"), seeds, limits)
 
 
-def what_was_found(records: Sequence[Record]) -> list[Record]:
+def what_was_found(records: Sequence[RunRecord]) -> list[RunRecord]:
     nothing: dict[str, Any] = dict.fromkeys(MEASURED)
     return [replace(record, **nothing) for record in records]
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Record, ...]:
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunRecord, ...]:
     path = tmp_path_factory.mktemp("undisturbed") / "runs.sqlite"
     with Store(path) as store, closing(LocalExecutor()) as executor:
         return compare(small_tasks(), store, executor)
@@ -94,7 +94,7 @@ def test_keys_are_stable_and_tell_every_difference() -> None:
 FIXED_KEY = "088b20840cabc39f6acfdb2a3bb0e82b"
 
 
-def test_runs_are_those_of_the_planner(undisturbed: tuple[Record, ...]) -> None:
+def test_runs_are_those_of_the_planner(undisturbed: tuple[RunRecord, ...]) -> None:
     """What is recorded is what planning here finds; astar's costs are its optima."""
     tasks = small_tasks()
     assert [record.key for record in undisturbed] == [task.key() for task in tasks]
@@ -113,7 +113,7 @@ def test_runs_are_those_of_the_planner(undisturbed: tuple[Record, ...]) -> None:
 
 
 def test_a_resumed_comparison_equals_an_undisturbed_one(
-    undisturbed: tuple[Record, ...], tmp_path: Path
+    undisturbed: tuple[RunRecord, ...], tmp_path: Path
 ) -> None:
     """After an interruption, what was finished is not made again and the rest is the same."""
     tasks, first, second = small_tasks(), Interrupted(3), Interrupted(1000)
@@ -133,7 +133,7 @@ def test_a_resumed_comparison_equals_an_undisturbed_one(
 
 
 def test_killed_workers_lose_only_their_run(
-    undisturbed: tuple[Record, ...], tmp_path: Path
+    undisturbed: tuple[RunRecord, ...], tmp_path: Path
 ) -> None:
     """With runs killed at random, and once the server, the results are the same, each once."""
     executor, killed, over = LocalExecutor(), [0, 0], threading.Event()

@@ -14,23 +14,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs.tables.comparison import Comparison, references, runs, tables
+from docs.tables.comparison import Comparison, marked, references, runs
 from docs.tables.pages import write_tables
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.study.ompl_log import STATUSES, write_benchmark
-from gm_ompl.study.parquet import write_parquet
 from gm_ompl.study.report import cost_quantiles, report_html, success_curve
-from gm_ompl.study.store import Record
+from gm_ompl.study.store import RunRecord, write_parquet
 from gm_ompl.study.summary import difference, differences, paired_difference, summarise
 
 EVIL = "<img src=x onerror=alert(1)></script>'\"; [bold]"
 OPTIMA = {"k": 10.0}
 
 
-def run(planner: str, seed: int, time: float | None, cost: float | None, **more: object) -> Record:
+def run(
+    planner: str, seed: int, time: float | None, cost: float | None, **more: object
+) -> RunRecord:
     values: dict[str, object] = {
         "key": f"{planner}{seed}", "scenario": EVIL, "scenario_key": "k", "planner": planner,
-        "parameters": {"range": 0.5}, "seed": seed, "time_limit": 5.0, "memory_limit": None,
+        "parameters": {"range_share": 0.5}, "seed": seed, "time_limit": 5.0, "memory_limit": None,
         "max_iterations": None, "code": "1", "status": "budget" if cost is None else "solved",
         "cost": cost, "first_plan_s": time, "search_s": 5.0, "peak_mb": 100.0,
         "regrasps": None if cost is None else 1, "least_z": None if cost is None else 0.5,
@@ -38,7 +39,7 @@ def run(planner: str, seed: int, time: float | None, cost: float | None, **more:
         "history": () if time is None or cost is None
         else ((time, 2 * cost, 0.0), (2 * time, cost, 0.0)),
     }  # fmt: skip
-    return Record(**{**values, **more})  # type: ignore[arg-type]
+    return RunRecord(**{**values, **more})  # type: ignore[arg-type]
 
 
 RUNS = (
@@ -182,7 +183,7 @@ def test_wrong_options_are_named(
 
 def test_the_page_has_its_marks(tmp_path: Path) -> None:
     """Tables go into docs/comparison.md; what stands between them is left alone."""
-    found = tables(RUNS, {"k": 9.0})
+    found = marked(RUNS, {"k": 9.0})
     assert len(found["runs"].splitlines()) == 2 + 2 and "1.111" in found["runs"]  # 10 over 9
     assert len(found["differences"].splitlines()) == 2 + 1
     page = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text()

@@ -17,7 +17,7 @@ from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.planners.registry import PLANNERS
 from gm_ompl.study.report import tuning_html
 from gm_ompl.study.scores import gain, score
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.tuning import OBJECTIVES, Design, searched, tune
 from gm_ompl.study.workers import Outcome
@@ -106,8 +106,8 @@ def test_two_objectives_give_a_front(tmp_path: Path) -> None:
     assert tuning_html(tuned, OBJECTIVES["both"], "both").count('class="plotly-graph-div"') == 4
 
 
-def record(scenario: str, seed: int, decisions: int, *, solved: bool = True) -> Record:
-    return Record(
+def record(scenario: str, seed: int, decisions: int, *, solved: bool = True) -> RunRecord:
+    return RunRecord(
         key=f"{scenario}{seed}", scenario=scenario, scenario_key=scenario, planner="p",
         parameters={}, seed=seed, time_limit=None, memory_limit=None, max_iterations=9, code="",
         status="solved" if solved else "budget", cost=1.0 if solved else None,

@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gm_ompl.study.store import Record, Store
+from gm_ompl.study.store import RunRecord, Store
 from tests.verify.counting import Result, count
 
 RUNS = 500
@@ -65,7 +65,7 @@ def _begin(folder: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, start_new_session=True)
 
 
-def _stored(folder: Path) -> dict[str, Record]:
+def _stored(folder: Path) -> dict[str, RunRecord]:
     if not (folder / "runs.sqlite").exists():
         return {}
     with Store(folder / "runs.sqlite") as store:
@@ -73,7 +73,7 @@ def _stored(folder: Path) -> dict[str, Record]:
 
 
 @functools.cache
-def _undisturbed() -> dict[str, Record]:
+def _undisturbed() -> dict[str, RunRecord]:
     with tempfile.TemporaryDirectory() as folder:
         assert _begin(Path(folder)).wait() == 0
         return _without_times(_stored(Path(folder)))
@@ -90,7 +90,7 @@ def _await(log: Path, runs: int, running: subprocess.Popen[bytes]) -> None:
         time.sleep(0.02)
 
 
-def _without_times(records: dict[str, Record]) -> dict[str, Record]:
+def _without_times(records: dict[str, RunRecord]) -> dict[str, RunRecord]:
     nothing: dict[str, Any] = dict.fromkeys(MEASURED)
     return {key: replace(record, **nothing) for key, record in records.items()}
 
@@ -122,7 +122,7 @@ def comparison_survives_kills(instance: int) -> Result:
     rng, wrong, kills = random.Random(instance), "", Counter[str]()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        running, seen = _begin(folder), dict[str, Record]()
+        running, seen = _begin(folder), dict[str, RunRecord]()
         while (code := running.poll()) != 0:
             if code is not None:
                 seen = _stored(folder)

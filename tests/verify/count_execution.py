@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import gm_ompl
-from gm_ompl.simulation.disturb import disturb
+from gm_ompl.simulation.disturb import disturb, probe
 from gm_ompl.simulation.execute import Setup, execute, prepare
-from gm_ompl.simulation.probe import probe
 from tests.verify.counting import Result, count
 
 PLANS = (

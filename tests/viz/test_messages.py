@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 import umsgpack
+from gm_ompl.viz.animation import animate
 from gm_ompl.viz.page import embedded, escaped, page
 from gm_ompl.viz.region import View, clipped, neighbourhood
 from gm_ompl.viz.scene import SceneMessages, scene_messages
 from gm_ompl.viz.score import turn_to
-from gm_ompl.viz.story import tell
 
 from gm_ompl.geometry.solids import hull
 from gm_ompl.plan.model import Plan
@@ -24,7 +24,7 @@ def unpacked(scene: SceneMessages) -> list[dict[str, Any]]:
 def test_each_fingertip_has_three_looks(regrasp: Plan) -> None:
     """Position, force and lifted have nodes of their own, and shapes of their own."""
     paths = {
-        m["path"] for m in unpacked(scene_messages(tell(regrasp))) if m["type"] == "set_object"
+        m["path"] for m in unpacked(scene_messages(animate(regrasp))) if m["type"] == "set_object"
     }
     for i in range(2):
         finger = f"/meshcat/world/object/finger{i}"
@@ -35,7 +35,7 @@ def test_each_fingertip_has_three_looks(regrasp: Plan) -> None:
 
 def test_messages_hold_no_users_text(renamed: Callable[[str], Plan]) -> None:
     """A scenario's words go into the page as text, never into meshcat's messages."""
-    for message in scene_messages(tell(renamed("NEEDLE"))).messages:
+    for message in scene_messages(animate(renamed("NEEDLE"))).messages:
         assert b"NEEDLE" not in message
 
 
@@ -44,9 +44,9 @@ def test_the_world_is_mapped_to_a_few_units(
 ) -> None:
     """At every scale the region's corners land at the same place in meshcat's units."""
     for factor in (1e-4, 1.0, 1e3):
-        story = tell(rescaled(regrasp, factor))
-        scene = scene_messages(story)
-        region = neighbourhood(story)
+        animation = animate(rescaled(regrasp, factor))
+        scene = scene_messages(animation)
+        region = neighbourhood(animation)
         matrix = next(
             m["matrix"] for m in unpacked(scene)
             if m["type"] == "set_transform" and m["path"] == "/meshcat/world"
@@ -59,10 +59,10 @@ def test_the_world_is_mapped_to_a_few_units(
 
 def test_walls_end_at_the_edge_of_the_picture(regrasp: Plan) -> None:
     """The walls, a hundred units wide, are drawn only where the object comes near."""
-    story = tell(regrasp)
-    region = neighbourhood(story)
+    animation = animate(regrasp)
+    region = neighbourhood(animation)
     assert region.diagonal < 40.0
-    for obstacle in story.problem.environment.obstacles:
+    for obstacle in animation.problem.environment.obstacles:
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             assert part is not None

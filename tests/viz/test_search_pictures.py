@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gm_ompl.viz.animation import animate
 from gm_ompl.viz.canvas import styled
 from gm_ompl.viz.search import search_figure
-from gm_ompl.viz.story import tell
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
@@ -84,7 +84,7 @@ def test_a_trace_reads_back(traced: Path) -> None:
 def test_the_figure_draws_what_was_told(traced: Path, slide: Plan) -> None:
     """One panel each: bound and cost, expansions by reason, the tree's edges."""
     with styled():
-        figure = search_figure(tell(slide), read_trace(traced))
+        figure = search_figure(animate(slide), read_trace(traced))
     bounds, expanded, _ = figure.axes if len(figure.axes) == 3 else (*figure.axes, None)
     assert {line.get_label() for line in bounds.lines} == {"best cost", "lower bound"}
     drawn = {c.get_label(): len(c.get_offsets()) for c in expanded.collections}
@@ -102,7 +102,7 @@ def test_a_tree_is_drawn_over_sets_of_placements(slide: Plan) -> None:
         3: _row(1.0, (3, 1), None, "root") | {"tree": "goal"},
     }
     with styled():
-        figure = search_figure(tell(slide), Told({}, (), (), rows))
+        figure = search_figure(animate(slide), Told({}, (), (), rows))
     edges = {c.get_label(): np.array(_segments(c)) for c in figure.axes[-1].collections}
     assert edges["displacement"].tolist() == [[[0.0, 0.0], [0.5, 0.0]]]
     assert edges["regrasp"].tolist() == [[[0.5, 0.0], [0.5, 1.0]]]
@@ -127,7 +127,7 @@ def _segments(collection: Any) -> list[Any]:
 def test_a_plan_alone_shows_bound_and_cost(regrasp: Plan) -> None:
     """Without a trace the history in the plan is drawn; it ends at the optimum."""
     with styled():
-        figure = search_figure(tell(regrasp), None)
+        figure = search_figure(animate(regrasp), None)
     bound = next(line for line in figure.axes[0].lines if line.get_label() == "lower bound")
     assert bound.get_ydata()[-1] == pytest.approx(regrasp.cost)
     assert (np.diff(bound.get_ydata()) >= 0).all()

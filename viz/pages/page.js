@@ -5,7 +5,7 @@
   const by = (id) => document.getElementById(id);
   const NAMES = { P: "position", F: "force", L: "lifted" };
   const LOOKS = ["position", "force", "lifted"];
-  const beats = score.beats.map((r) => ({
+  const segments = score.segments.map((r) => ({
     start: r[0], end: r[1], step: r[2], pose: r[3], poses: r[4], modes: r[5], force: r[6], z: r[7],
     hand: score.hands[r[8]], contacts: score.contacts[r[9]], lifted: r[10], target: r[11],
     path: r[12] < 0 ? null : score.paths[r[12]],
@@ -68,13 +68,13 @@
     }
   }
 
-  function beat_at(t) {
-    let low = 0, high = beats.length - 1;
+  function segment_at(t) {
+    let low = 0, high = segments.length - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
-      if (beats[middle].start <= t) low = middle; else high = middle - 1;
+      if (segments[middle].start <= t) low = middle; else high = middle - 1;
     }
-    return beats[low];
+    return segments[low];
   }
 
   const mix = (a, b, u) => a.map((value, k) => value + (b[k] - value) * u);
@@ -94,26 +94,26 @@
     object.quaternion.set(row[4], row[5], row[6], row[3]).normalize();
   }
 
-  function pose_scene(beat, u) {
+  function pose_scene(segment, u) {
     if (!viewer) return;
-    set_pose(nodes.object, beat ? along(score.poses, beat.pose, beat.poses, u) : score.poses[0]);
+    set_pose(nodes.object, segment ? along(score.poses, segment.pose, segment.poses, u) : score.poses[0]);
     nodes.fingers.forEach((f, i) => {
-      f.root.visible = beat !== null;
-      if (!beat) return;
-      const mode = NAMES[beat.modes[i]], moving = i === beat.lifted;
-      const place = score.places[moving && u >= 0.5 ? beat.target : beat.hand[i]];
-      const centre = moving && beat.path ? along(beat.path, 0, beat.path.length, u) : place.centre;
+      f.root.visible = segment !== null;
+      if (!segment) return;
+      const mode = NAMES[segment.modes[i]], moving = i === segment.lifted;
+      const place = score.places[moving && u >= 0.5 ? segment.target : segment.hand[i]];
+      const centre = moving && segment.path ? along(segment.path, 0, segment.path.length, u) : place.centre;
       f.root.position.set(centre[0], centre[1], centre[2]);
       f.root.quaternion.set(place.turn[1], place.turn[2], place.turn[3], place.turn[0]);
       for (const look of LOOKS) f[look].visible = look === mode;
-      const part = beat.force[i] && score.fMax[i] > 0 ? beat.force[i] / score.fMax[i] : 0;
+      const part = segment.force[i] && score.fMax[i] > 0 ? segment.force[i] / score.fMax[i] : 0;
       f.arrow.visible = part > 0;
       f.shaft.scale.z = Math.max(part, 1e-6) * score.arrow;
       f.label.textContent = i + " " + mode;
       f.label.style.color = mode === "position" ? "#005a8f" : mode === "force" ? "#a84a00" : "#555";
     });
     nodes.contacts.forEach((c, k) => {
-      const point = beat ? beat.contacts[k] : undefined;
+      const point = segment ? segment.contacts[k] : undefined;
       c.root.visible = point !== undefined;
       if (point === undefined) return;
       c.root.position.set(point[0], point[1], point[2]);
@@ -123,53 +123,53 @@
     viewer.set_dirty();
   }
 
-  function read_out(beat, u) {
+  function read_out(segment, u) {
     const share = score.duration > 0 ? time / score.duration : 0;
     by("slider").value = share;
     by("cursor").style.left = 100 * share + "%";
     by("clock").textContent = time.toFixed(2) + " / " + score.duration.toFixed(2) + " s";
-    if (!beat) { by("step-line").textContent = "no steps: the object at its start"; return; }
-    const step = score.steps[beat.step];
-    const end = score.steps[beat.step + 1] ? score.steps[beat.step + 1].t : score.duration;
+    if (!segment) { by("step-line").textContent = "no steps: the object at its start"; return; }
+    const step = score.steps[segment.step];
+    const end = score.steps[segment.step + 1] ? score.steps[segment.step + 1].t : score.duration;
     const done = end > step.t ? (time - step.t) / (end - step.t) : 0;
     by("coordinates").textContent = score.names
       .map((name, k) => name + " = " + show(step.from[k] + (step.to[k] - step.from[k]) * done))
       .join(", ");
-    if (shown === beat && !(beat.lifted >= 0)) return;
-    shown = beat;
-    by("step-line").textContent = "step " + (beat.step + 1) + " of " + score.steps.length + ": " +
-      (beat.lifted >= 0 ? "regrasp, finger " + beat.lifted + " moves" : "displacement");
+    if (shown === segment && !(segment.lifted >= 0)) return;
+    shown = segment;
+    by("step-line").textContent = "step " + (segment.step + 1) + " of " + score.steps.length + ": " +
+      (segment.lifted >= 0 ? "regrasp, finger " + segment.lifted + " moves" : "displacement");
     by("slider").setAttribute("aria-valuetext", by("step-line").textContent);
     for (let i = 0; i < score.fingers; i++) {
       const row = by("finger" + i);
-      const moving = i === beat.lifted;
-      row.className = beat.modes[i];
+      const moving = i === segment.lifted;
+      row.className = segment.modes[i];
       row.querySelector(".place").textContent = moving
-        ? score.places[beat.hand[i]].label + " \u2192 " + score.places[beat.target].label
-        : score.places[beat.hand[i]].label;
-      row.querySelector(".mode").textContent = NAMES[beat.modes[i]];
-      const force = beat.force[i];
+        ? score.places[segment.hand[i]].label + " \u2192 " + score.places[segment.target].label
+        : score.places[segment.hand[i]].label;
+      row.querySelector(".mode").textContent = NAMES[segment.modes[i]];
+      const force = segment.force[i];
       row.querySelector(".f").textContent = force === null ? "\u2013" : show(force);
     }
-    by("z").textContent = show(beat.z);
-    by("gauge-fill").style.width = 100 * Math.min(1, Math.max(0, beat.z / score.zTop)) + "%";
-    by("gauge-fill").classList.toggle("low", beat.z < score.zMin * (1 - 1e-6));
-    by("gauge-fill").classList.toggle("over", beat.z > score.zTop);
-    by("gauge").setAttribute("aria-valuenow", beat.z);
+    by("z").textContent = show(segment.z);
+    by("gauge-fill").style.width = 100 * Math.min(1, Math.max(0, segment.z / score.zTop)) + "%";
+    by("gauge-fill").classList.toggle("low", segment.z < score.zMin * (1 - 1e-6));
+    by("gauge-fill").classList.toggle("over", segment.z > score.zTop);
+    by("gauge").setAttribute("aria-valuenow", segment.z);
     by("costs").textContent = "cost of this step " + show(step.cost) + ", up to its end " +
       show(step.spent);
   }
 
   function seek(t) {
     time = Math.min(Math.max(t, 0), score.duration);
-    const beat = beats.length ? beat_at(time) : null;
-    const u = beat && beat.end > beat.start ? (time - beat.start) / (beat.end - beat.start) : 0;
-    pose_scene(beat, u);
-    read_out(beat, u);
+    const segment = segments.length ? segment_at(time) : null;
+    const u = segment && segment.end > segment.start ? (time - segment.start) / (segment.end - segment.start) : 0;
+    pose_scene(segment, u);
+    read_out(segment, u);
   }
 
   function play(on) {
-    playing = on && beats.length > 0;
+    playing = on && segments.length > 0;
     if (playing && time >= score.duration) time = 0;
     by("play").textContent = playing ? "Pause" : "Play";
     last = null;
@@ -206,10 +206,10 @@
       const p = object.getWorldPosition(viewer.camera.position.clone());
       return nodes.world.worldToLocal(p).toArray();
     };
-    const beat = beats.length ? beat_at(time) : null;
+    const segment = segments.length ? segment_at(time) : null;
     const q = viewer && nodes.object.quaternion;
     return {
-      time, step: beat ? beat.step : null,
+      time, step: segment ? segment.step : null,
       object: viewer && { position: world(nodes.object), quaternion: [q.w, q.x, q.y, q.z] },
       fingers: nodes.fingers.map((f) => ({
         position: world(f.root), looks: LOOKS.filter((look) => f[look].visible),
@@ -240,7 +240,7 @@
   by("gauge-mark").style.left = 100 * Math.min(1, score.zMin / score.zTop) + "%";
   by("gauge").setAttribute("aria-valuemin", 0);
   by("gauge").setAttribute("aria-valuemax", score.zTop);
-  by("time").hidden = beats.length === 0; // nothing to play
+  by("time").hidden = segments.length === 0; // nothing to play
   by("play").addEventListener("click", () => play(!playing));
   by("back").addEventListener("click", () => step_by(-1));
   by("forth").addEventListener("click", () => step_by(1));

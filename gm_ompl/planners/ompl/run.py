@@ -19,15 +19,7 @@ from gm_ompl.planners.growth import Vertices
 from gm_ompl.planners.ompl.adapter import Explored
 from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.planners.ompl.setup import HybridSetup
-from gm_ompl.planners.planner import (
-    Budget,
-    Meter,
-    Planner,
-    Progress,
-    Report,
-    SearchResult,
-    Status,
-)
+from gm_ompl.planners.planner import Budget, Meter, Planner, Progress, Report, SearchResult, Status
 from gm_ompl.planners.trace import Trace, Vertex, tracer
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
@@ -51,11 +43,7 @@ def silence() -> Iterator[None]:
 
 
 def run(
-    planner: Planner,
-    judge: Judge,
-    budget: Budget,
-    rng: np.random.Generator,
-    report: Report,
+    planner: Planner, judge: Judge, budget: Budget, rng: np.random.Generator, report: Report
 ) -> SearchResult:
     """Search with the OMPL planner that ``planner`` names and sets."""
     meter, decided = budget.start(), judge.mode_decisions

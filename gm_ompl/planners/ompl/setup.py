@@ -106,16 +106,16 @@ class HybridSetup(og.SimpleSetup):
     def _configured(self, name: str, settings: Mapping[str, Any]) -> Any:
         """Return OMPL's planner ``name`` as set; changes the goal to suit it."""
         planner = getattr(og, name)(self.getSpaceInformation())
-        if "range" in settings:
-            planner.setRange(settings["range"] * self.getStateSpace().getMaximumExtent())
+        if "range_share" in settings:
+            planner.setRange(settings["range_share"] * self.getStateSpace().getMaximumExtent())
         if "samples" in settings:
             many = planner.setNumSamples if name == "FMT" else planner.setSamplesPerBatch
             many(settings["samples"])
         if settings.get("first_plan"):
             self.stop_at_first_plan()
-        if "guided" in settings:
+        if "guided_share" in settings:
             # Goal states and guided states come through the goal region, the rest from OMPL.
-            goal_bias, guided = settings["goal_bias"], settings["guided"]
+            goal_bias, guided = settings["goal_bias"], settings["guided_share"]
             share = goal_bias + guided - goal_bias * guided
             planner.setGoalBias(share)
             self.offer_goals(ENDLESS, 0.0 if share == 0.0 else 1.0 - goal_bias / share)
@@ -191,13 +191,3 @@ class HybridSetup(og.SimpleSetup):
         """
         tree = self.explored()
         return planner_data(self.getSpaceInformation(), self.codec, self.motions, tree)
-
-
-def make_setup(
-    judge: Judge, rng: np.random.Generator, planner: Planner, seed: int, scenario: Mapping[str, Any]
-) -> HybridSetup:
-    """Return a setup that knows its scenario and has a planner."""
-    made = HybridSetup(judge, rng)
-    made.scenario, made.seed = dict(scenario), seed
-    made.use(planner)
-    return made

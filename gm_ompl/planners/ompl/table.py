@@ -9,7 +9,7 @@ from gm_ompl.errors import UnsoundPlannerError
 from gm_ompl.planners.parameters import Parameter
 
 RANGE = Parameter(
-    "range",
+    "range_share",
     float,
     1.0,
     "Longest motion tried, as a share of the space's extent. Below 1, motions end at states "
@@ -22,7 +22,7 @@ GOAL_BIAS = Parameter(
     "goal_bias", float, 0.05, "How often a goal state is drawn.", low=0.0, high=1.0
 )
 GUIDED = Parameter(
-    "guided",
+    "guided_share",
     float,
     0.0,
     "How often a state is drawn that is valid by itself and leans to placements that have held, "

@@ -1,10 +1,11 @@
-"""A lifted finger's way from one placement to the next, clear of everything."""
+"""A lifted finger: where it stands off, and its way from one placement to the next."""
 
 from __future__ import annotations
 
 import heapq
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +13,15 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.problem import Problem
+
+TOUCHING = 1e-6
+"""Fingertips that touch something are clear of it, up to this [D], as in the plan's geometry."""
+
+HALVINGS = 6
+"""How often a height above a placement is halved where something is in the way."""
+
+BEARINGS = 16
+"""Directions in the surface in which a finger may leave where it cannot lift."""
 
 CELLS = 36
 """Grid cells along the longest side of the region searched."""
@@ -87,7 +97,7 @@ class Clearance:
         return clear
 
 
-def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | None:
+def shortest(clearance: Clearance, start: Array, end: Array, size: float) -> Array | None:
     """Return the corners (k, 3) of a clear way from ``start`` to ``end``; None if none is found.
 
     A straight line if it is clear, else the shortest way over a grid, its corners cut.
@@ -111,7 +121,7 @@ def way(clearance: Clearance, start: Array, end: Array, size: float) -> Array | 
     ends = [_nearest(clearance, points, free, point, look) for point in (start, end)]
     if ends[0] is None or ends[1] is None:
         return None
-    cells = _shortest(clearance, points, tuple(map(int, shape)), ends[0], ends[1], look)
+    cells = _over_grid(clearance, points, tuple(map(int, shape)), ends[0], ends[1], look)
     if cells is None:
         return None
     return _cut(clearance, np.array([start, *points[cells], end]), look)
@@ -127,7 +137,7 @@ def _nearest(
     return None
 
 
-def _shortest(
+def _over_grid(
     clearance: Clearance, points: Array, shape: tuple[int, ...], start: int, goal: int, look: float
 ) -> list[int] | None:
     """Return the cells of the shortest way over clear steps between neighbours (A*)."""
@@ -168,3 +178,93 @@ def _cut(clearance: Clearance, corners: Array, look: float) -> Array:
         k = next((j for j in ahead if clearance.line(corners[k], corners[j], look)), k + 1)
         kept.append(corners[k])
     return np.array(kept)
+
+
+@dataclass(frozen=True, eq=False)
+class Transit:
+    """Fingers about to land, or just lifted, while the object rests and others keep their places.
+
+    Attributes:
+        problem: the scenario.
+        pose: where the object rests.
+        points: (n, 3), the fingers' placements, object frame.
+        normals: (n, 3), into the object.
+        height: how far a finger stands off where it can.
+    """
+
+    problem: Problem
+    pose: Pose
+    points: Array
+    normals: Array
+    height: float
+
+    def off(self, i: int, point: Array, normal: Array) -> Array:
+        """Return (3,), from where finger ``i`` touches at ``point`` to where it stands off.
+
+        It lifts along the normal, less high where something is in the way. Where it cannot lift at
+        all it leaves along the surface, straight, until it is past the object: in a slot as wide
+        as a fingertip there is no other way. Object frame.
+        """
+        radius = float(self.problem.fingers.radius[i])
+        touching, clear = point - radius * normal, self.clearance(i, 0.0)
+        for height in self.height / 2.0 ** np.arange(HALVINGS):
+            if clear.free(self.pose.apply(touching - height * normal)[None])[0]:
+                return np.asarray(-height * normal)
+        ways = [self._along(i, touching, side) for side in _sideways(normal)]
+        found = [side for side in ways if side is not None]
+        wanted = np.asarray(-self.height * normal)
+        return min(found, key=lambda side: float(np.linalg.norm(side)), default=wanted)
+
+    def _along(self, i: int, touching: Array, side: Array) -> Array | None:
+        """Return the way along unit ``side`` until finger ``i`` is past the object, if clear."""
+        size, start = self.problem.body.diagonal, self.pose.apply(touching)
+        alone = self.clearance(i, self.height / 2.0, object_alone=True)
+        for length in np.arange(0.05, 1.5, 0.05) * size:
+            end = self.pose.apply(touching + length * side)
+            if alone.free(end[None])[0]:
+                clear = self.clearance(i, -TOUCHING * size)
+                return length * side if clear.line(start, end, self.height / 4.0) else None
+        return None
+
+    def way(self, i: int, point: Array, normal: Array) -> tuple[Array, bool]:
+        """Return finger ``i``'s way to another placement, and whether it is clear of everything.
+
+        Corners (k, 3), world frame: where it touches, where it stands off, and so on to where it
+        touches again. The way keeps as much of a margin as it finds room for; where none is clear
+        of everything it is clear of the object, where that can be.
+        """
+        ends = []
+        for place in ((self.points[i], self.normals[i]), (point, normal)):
+            touching = place[0] - float(self.problem.fingers.radius[i]) * place[1]
+            ends.append(self.pose.apply(np.stack([touching, touching + self.off(i, *place)])))
+        (first, start), (last, end) = ends
+        span = self.problem.body.diagonal + 4.0 * float(self.problem.fingers.radius.max())
+        least = -TOUCHING * self.problem.body.diagonal
+        for object_alone in (False, True):
+            for margin in (self.height / 2.0, self.height / 4.0, 0.0, least):
+                clearance = self.clearance(i, margin, object_alone=object_alone)
+                corners = shortest(clearance, start, end, span)
+                if corners is not None:
+                    return np.array([first, *corners, last]), not object_alone
+        return np.array([first, start, end, last]), False
+
+    def clearance(self, i: int, margin: float, *, object_alone: bool = False) -> Clearance:
+        """Return where finger ``i`` may be while the others keep their placements."""
+        others = [k for k in range(len(self.points)) if k != i and not object_alone]
+        radii = self.problem.fingers.radius[others]
+        out = self.points[others] - radii[:, None] * self.normals[others]
+        return Clearance(
+            self.problem, self.pose, i, self.pose.apply(out), radii, margin,
+            object_alone=object_alone,
+        )  # fmt: skip
+
+
+def _sideways(normal: Array) -> Array:
+    """Return (BEARINGS, 3), unit directions in the surface, evenly around."""
+    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(normal, axis) / np.linalg.norm(np.cross(normal, axis))
+    angle = 2.0 * np.pi * np.arange(BEARINGS) / BEARINGS
+    around: Array = np.outer(np.cos(angle), first) + np.outer(
+        np.sin(angle), np.cross(normal, first)
+    )
+    return around

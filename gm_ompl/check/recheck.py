@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.check.remembered import Margins, Remembered, bound
-from gm_ompl.check.settings import Tolerances
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
-from gm_ompl.contact.state import ContactState
+from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
@@ -21,16 +23,77 @@ from gm_ompl.reference.stability import NEGLIGIBLE, stability
 from gm_ompl.reference.statics import Statics, statics
 from gm_ompl.reference.swept import SweptJudge
 
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far a claim may be from what holds.
+
+    Attributes:
+        coordinate: of object coordinates, relative to the coordinate's range; far above the
+            rounding of s = k / n, far below any lattice step.
+        length: of positions and contact points, relative to D.
+        direction: of unit vectors and quaternions, absolute.
+        count: of lattice steps spanned, before rounding up; a planner may allow less.
+        rounding: of the same; no planner counts a step for so little.
+        z: of margins, relative to max(z, z_floor M g): what two LP solvers agree to.
+        z_floor: see ``z``.
+        z_min: by how much z may miss z_min, relative.
+        force: of 0 <= f_com <= f_max, relative to f_max.
+        cost: of costs, relative; sums of products of square roots agree to far less.
+        optimal: of a proven optimum, relative.
+    """
+
+    coordinate: float = 1e-9
+    length: float = 1e-9
+    direction: float = 1e-9
+    count: float = 1e-6
+    rounding: float = 1e-8
+    z: float = 1e-6
+    z_floor: float = 1e-3
+    z_min: float = 1e-6
+    force: float = 1e-9
+    cost: float = 1e-7
+    optimal: float = 1e-6
+
+
 Fingers = tuple[int, ...]
 Modes = tuple[ControlMode, ...]
 Forces = tuple[float | None, ...]
-Hand = tuple[Fingers, Placements]
+T = TypeVar("T")
 
 SAME_STATE = 1e-9
 """Contact states that agree to this (lengths over D) are one: a slide's decisions are equal."""
 
 
-class Referee:
+@dataclass(frozen=True)
+class Hold:
+    """What the plan claims of an instant.
+
+    Attributes:
+        contacts: the environment contacts.
+        fingers: the fingers that touch.
+        rows: their placements.
+        modes: their modes.
+        f_com: their commanded forces.
+        z: the claimed margin.
+        segment: number of the segment, or None for a regrasp.
+    """
+
+    contacts: ContactState
+    fingers: Fingers
+    rows: Placements
+    modes: Modes
+    f_com: Forces
+    z: float = 0.0
+    segment: int | None = None
+
+    @property
+    def hand(self) -> tuple[Fingers, Placements]:
+        """The fingers that touch, and where."""
+        return self.fingers, self.rows
+
+
+class Recheck:
     """Answers what holds for one problem; every answer about equal contact states is kept.
 
     Attributes:
@@ -45,10 +108,7 @@ class Referee:
         bodies = [obstacle.body for obstacle in environment.obstacles]
         self._scene = Scene(problem.body, bodies, environment.floor)
         self._swept = SweptJudge(problem.body, tuple(bodies), environment.floor)
-        self._best: dict[object, ModeDecision] = {}
-        self._margin: dict[object, float] = {}
-        self._internal: dict[object, bool] = {}
-        self._unbeaten: dict[object, bool] = {}
+        self._known: dict[Hashable, Any] = {}
         self._guess: dict[object, Forces] = {}
         self._remembered = Remembered()
         self._last_model: tuple[object, Statics] | None = None
@@ -111,118 +171,101 @@ class Referee:
         outward: Array = table.points[rows] - fingers.radius[:, None] * table.normals[rows]
         return outward
 
-    def chords(self, arc: Arc, placements: Placements, parts: int) -> Array:
-        """Return how far each fingertip centre goes in each of an arc's equal parts, (P, n)."""
-        return arc.chords(self.centres(placements), parts)
+    def best(self, hold: Hold) -> ModeDecision:
+        """Return Sec. 3.4's best for the fingers of ``hold`` where they are."""
+        return self._once("best", hold, (), lambda: decide_modes(self._instant(hold)))
 
-    def best(self, contacts: ContactState, fingers: Fingers, rows: Placements) -> ModeDecision:
-        """Return Sec. 3.4's best for ``fingers`` at ``rows``."""
-        key = (self._key(contacts), fingers, rows)
-        if key not in self._best:
-            self._best[key] = decide_modes(self.problem.instant(contacts, fingers, rows))
-        return self._best[key]
+    def margin(self, hold: Hold) -> float:
+        """Return z of Problem (6) with the modes and the f_com of ``hold``."""
 
-    def margin(
-        self,
-        contacts: ContactState,
-        fingers: Fingers,
-        rows: Placements,
-        modes: Modes,
-        f_com: Forces,
-    ) -> float:
-        """Return z of Problem (6) with these modes and this f_com."""
-        key = (self._key(contacts), fingers, rows, modes, f_com)
-        if key not in self._margin:
-            model = self._model(contacts, (fingers, rows))
-            found = self._margins(model, (fingers, rows), modes, f_com)
+        def solved() -> float:
+            model = self._model(hold)
+            found = self._margins(model, hold, hold.modes, hold.f_com)
             if found is not None and NEGLIGIBLE < found.z < np.inf:
-                self._margin[key] = found.z * model.scale
-            else:
-                instant = self.problem.instant(contacts, fingers, rows)
-                self._margin[key] = margin(instant, modes, f_com)
-        return self._margin[key]
+                return found.z * model.scale
+            return margin(self._instant(hold), hold.modes, hold.f_com)
 
-    def unbeaten(
-        self,
-        contacts: ContactState,
-        hand: Hand,
-        modes: Modes,
-        f_com: Forces,
-        z: float,
-    ) -> bool:
+        return self._once("margin", hold, (hold.modes, hold.f_com), solved)
+
+    def unbeaten(self, hold: Hold, z: float) -> bool:
         """Whether it is proven, without solving Sec. 3.4 anew, that no modes have a larger z.
 
         Of the sets of modes that pass Problem (5) only those with the most position control
         matter: a force-controlled finger's forces are among those of the same finger under
         position control.
         """
-        key = (self._key(contacts), hand, modes, f_com, z)
-        if key not in self._unbeaten:
-            model = self._model(contacts, hand)
-            self._unbeaten[key] = self._proven(model, hand, modes, f_com, z / model.scale)
-        return self._unbeaten[key]
+        claim = (hold.modes, hold.f_com, z)
+        return self._once("unbeaten", hold, claim, lambda: self._proven(hold, z))
 
-    def _proven(self, model: Statics, hand: Hand, modes: Modes, f_com: Forces, z: float) -> bool:
-        passed: list[frozenset[int]] = []
-        failed: list[frozenset[int]] = []
-        for others in combinations(len(modes)):
-            position = frozenset(i for i, mode in enumerate(others) if mode is ControlMode.POSITION)
+    def internal_force(self, hold: Hold) -> bool:
+        """Whether Problem (5) finds excessive internal force with the modes of ``hold``."""
+        position = _position(hold.modes)
+
+        def found() -> bool:
+            key = (hold.hand, position)
+            return self._remembered.excessive(key, self._model(hold), position)
+
+        return self._once("internal force", hold, position, found)
+
+    def _once(self, question: str, hold: Hold, claim: Hashable, answer: Callable[[], T]) -> T:
+        """Return the answer to a question about a hand's contact state, asked for once."""
+        key = (question, self._key(hold.contacts), hold.hand, claim)
+        if key not in self._known:
+            self._known[key] = answer()
+        known: T = self._known[key]
+        return known
+
+    def _proven(self, hold: Hold, z: float) -> bool:
+        model, passed, failed = self._model(hold), list[frozenset[int]](), list[frozenset[int]]()
+        least = z / model.scale
+        for modes in combinations(len(hold.modes)):
+            position = _position(modes)
             if any(position <= more for more in passed) or any(position >= f for f in failed):
                 continue
-            if self._remembered.excessive((hand, position), model, position):
+            if self._remembered.excessive((hold.hand, position), model, position):
                 failed.append(position)
                 continue
             passed.append(position)
-            tried = f_com if others == modes else self._guess.get((hand, others))
-            found = None if tried is None else self._margins(model, hand, others, tried)
-            if found is not None and bound(model, _force(others), found) <= z:
+            tried = hold.f_com if modes == hold.modes else self._guess.get((hold.hand, modes))
+            found = None if tried is None else self._margins(model, hold, modes, tried)
+            if found is not None and bound(model, _force(modes), found) <= least:
                 continue
-            best = stability(model, others)
-            if not best.z <= z:
+            best = stability(model, modes)
+            if not best.z <= least:
                 return False
             if len(best.f_com):
-                self._guess[hand, others] = tuple((best.f_com * model.scale).tolist())
+                self._guess[hold.hand, modes] = tuple((best.f_com * model.scale).tolist())
         return True
 
-    def _model(self, contacts: ContactState, hand: Hand) -> Statics:
+    def _instant(self, hold: Hold) -> Instant:
+        return self.problem.instant(hold.contacts, *hold.hand)
+
+    def _model(self, hold: Hold) -> Statics:
         """Return Sec. 2.2's matrices; the last are kept: one instant is asked about thrice."""
-        key = (self._key(contacts), hand)
+        key = (self._key(hold.contacts), hold.hand)
         if self._last_model is None or self._last_model[0] != key:
-            self._last_model = (key, statics(self.problem.instant(contacts, *hand)))
+            self._last_model = (key, statics(self._instant(hold)))
         return self._last_model[1]
 
-    def _margins(self, model: Statics, hand: Hand, modes: Modes, f_com: Forces) -> Margins | None:
+    def _margins(self, model: Statics, hold: Hold, modes: Modes, f_com: Forces) -> Margins | None:
         """Return Problem (6) for a claimed f_com; the last answer is kept, likewise."""
         last = self._last_margins
         if last is None or last[0] is not model or last[1:3] != (modes, f_com):
             commanded = np.array([f or 0.0 for f in f_com], dtype=np.float64) / model.scale
-            key, force = (hand, modes), _force(modes)
-            found = self._remembered.margins(key, model, force, commanded)
+            found = self._remembered.margins((hold.hand, modes), model, _force(modes), commanded)
             self._last_margins = last = (model, modes, f_com, found)
         return last[3]
 
-    def internal_force(
-        self, contacts: ContactState, fingers: Fingers, rows: Placements, modes: Modes
-    ) -> bool:
-        """Whether Problem (5) finds excessive internal force with these modes."""
-        key = (self._key(contacts), fingers, rows, modes)
-        if key not in self._internal:
-            model = self._model(contacts, (fingers, rows))
-            position = frozenset(i for i, mode in enumerate(modes) if mode is ControlMode.POSITION)
-            self._internal[key] = self._remembered.excessive(
-                ((fingers, rows), position), model, position
-            )
-        return self._internal[key]
-
     def _key(self, contacts: ContactState) -> tuple[bytes, ...]:
-        arrays = (
-            contacts.points / self.diagonal,
-            contacts.normals,
-            contacts.slip,
-            contacts.rotation,
-        )
+        points = contacts.points / self.diagonal
+        arrays = (points, contacts.normals, contacts.slip, contacts.rotation)
         # Adding zero turns -0.0 into 0.0, whose bytes differ.
         return tuple((np.round(array / SAME_STATE) + 0.0).tobytes() for array in arrays)
+
+
+def _position(modes: Modes) -> frozenset[int]:
+    """Return the fingers under position control."""
+    return frozenset(i for i, mode in enumerate(modes) if mode is ControlMode.POSITION)
 
 
 def _force(modes: Modes) -> BoolArray:

@@ -1,4 +1,4 @@
-"""A plan told in time: a sequence of beats, each with what can be seen and read during it."""
+"""A plan laid over time, to be shown: segment by segment what can be seen and read."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment, Segment
-from gm_ompl.plan.arcs import arc_of
 from gm_ompl.plan.fit import problem_of
-from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep, SegmentRecord
 from gm_ompl.plan.record import PoseRecord
 from gm_ompl.problem import Problem
-
-from .transit import transit
+from gm_ompl.simulation.segments import planned_segments
+from gm_ompl.simulation.transit import Transit
 
 ARC_SECONDS: Final = 0.35
 """Duration of a displacement step of a short plan at speed 1 [s]."""
@@ -34,14 +33,20 @@ TURN: Final = np.deg2rad(2.0)
 """Between two stored poses the object turns at most this much [rad]; a viewer interpolates."""
 
 POSES: Final = 30
-"""At most this many poses are stored per beat."""
+"""At most this many poses are stored per segment."""
+
+HEIGHT: Final = 0.1
+"""How far a finger is lifted where it can be [D]: enough to be seen."""
+
+TRANSIT_POINTS: Final = 50
+"""Points stored of a finger's way from one placement to the next, about."""
 
 MODE_LETTERS: Final = {"position": "P", "force": "F", None: "L"}
-"""How a beat writes control modes; a lifted finger has none."""
+"""How control modes are written; a lifted finger has none."""
 
 
 @dataclass(frozen=True, eq=False)
-class Beat:
+class ShownSegment:
     """A stretch of time in which modes, forces and z stay the same.
 
     Attributes:
@@ -49,58 +54,57 @@ class Beat:
         end: time at which it ends [s].
         step: number of the plan's step.
         segment: number of the step's segment; None in a regrasping step.
+        record: what the plan says of it: modes, f_com and z.
         poses: (p, 7), positions and quaternions (w, x, y, z) at equal times, the last at ``end``;
             one row where the object rests.
-        modes: one letter per finger, see ``MODE_LETTERS``.
-        f_com: per finger, the commanded normal force, or None.
-        z: the stability margin.
         placements: per finger, where it touches; of a lifted finger where it touched before.
-        lifted: the finger that is moved, or None.
-        target: its placement after the move, or None.
-        path: (k, 3), its centre's way in the object frame at equal times; empty without one.
-        contacts: the environment contacts at the middle, object frame.
+        middle: the instant at which it is judged.
+        contacts: the environment contacts then, object frame.
+        path: (k, 3), a lifted finger's centre's way in the object frame at equal times.
     """
 
     start: float
     end: float
     step: int
     segment: int | None
+    record: SegmentRecord | RegraspStep
     poses: Array
-    modes: str
-    f_com: tuple[float | None, ...]
-    z: float
     placements: tuple[PlacementRecord, ...]
+    middle: Moment
     contacts: ContactState
-    lifted: int | None = None
-    target: PlacementRecord | None = None
     path: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
-    def regrasp(self) -> bool:
-        """Whether a finger is being moved."""
-        return self.lifted is not None
+    def modes(self) -> str:
+        """One letter per finger, see ``MODE_LETTERS``."""
+        return "".join(MODE_LETTERS[mode] for mode in self.record.modes)
+
+    @property
+    def regrasp(self) -> RegraspStep | None:
+        """The step, where a finger is being moved."""
+        return self.record if isinstance(self.record, RegraspStep) else None
 
 
 @dataclass(frozen=True, eq=False)
-class Story:
+class Animation:
     """A plan and its timeline.
 
     Attributes:
         plan: the plan.
         problem: made from the scenario inside the plan.
-        beats: in time order, without gaps; empty where the plan has no steps.
+        segments: in time order, without gaps; empty where the plan has no steps.
         step_starts: time at which each step begins [s].
     """
 
     plan: Plan
     problem: Problem
-    beats: tuple[Beat, ...]
+    segments: tuple[ShownSegment, ...]
     step_starts: tuple[float, ...]
 
     @property
     def duration(self) -> float:
-        """Length of the whole story [s]."""
-        return self.beats[-1].end if self.beats else 0.0
+        """Length of the whole animation [s]."""
+        return self.segments[-1].end if self.segments else 0.0
 
     @property
     def name(self) -> str:
@@ -117,8 +121,8 @@ class Story:
         return pose_row(self.problem.motion.pose(self.problem.start))
 
 
-def tell(plan: Plan) -> Story:
-    """Return the story of ``plan``.
+def animate(plan: Plan) -> Animation:
+    """Return the animation of ``plan``.
 
     Raises:
         InputError: the scenario inside the plan cannot be used, or the steps do not fit it.
@@ -126,69 +130,82 @@ def tell(plan: Plan) -> Story:
     problem = problem_of(plan)
     arcs = sum(step.kind == "displacement" for step in plan.steps)
     pace = min(ARC_SECONDS, LONGEST_DISPLACEMENT / max(arcs, 1))
-    beats: list[Beat] = []
+    segments: list[ShownSegment] = []
     starts: list[float] = []
     now = 0.0
     for number, step in enumerate(plan.steps):
         starts.append(now)
         if isinstance(step, RegraspStep):
-            beats.append(_regrasp(problem, step, number, now))
+            segments.append(_regrasp(problem, step, number, now))
         else:
-            beats.extend(_displacement(problem, step, number, now, pace))
-        now = beats[-1].end
-    return Story(plan, problem, tuple(beats), tuple(starts))
+            segments.extend(_displacement(problem, step, number, now, pace))
+        now = segments[-1].end
+    return Animation(plan, problem, tuple(segments), tuple(starts))
 
 
 def _displacement(
     problem: Problem, step: DisplacementStep, number: int, now: float, pace: float
-) -> list[Beat]:
-    """Return one beat per segment.
+) -> list[ShownSegment]:
+    """Return the step's segments.
 
     A long arc of a continuous planner lasts as long as the lattice arcs it spans would.
     """
     count = len(step.segments)
-    usual = problem.cost.samples_per_arc
-    seconds = pace * max(1.0, count / usual) / count
-    beats = []
-    parts = arc_of(step).segments(count)
-    for j, (part, segment) in enumerate(zip(parts, step.segments, strict=True)):
-        poses = _poses(part)
+    seconds = pace * max(1.0, count / problem.cost.samples_per_arc) / count
+    shown = []
+    for j, planned in enumerate(planned_segments(number, step)):
+        poses = _poses(planned.part)
         if j == count - 1:
             poses[-1] = _same_side(_recorded(step.pose_to), poses[-1])
-        beats.append(
-            Beat(
+        middle = planned.part.middle
+        shown.append(
+            ShownSegment(
                 start=now + j * seconds,
                 end=now + (j + 1) * seconds,
                 step=number,
                 segment=j,
+                record=planned.record,
                 poses=poses,
-                modes="".join(MODE_LETTERS[mode] for mode in segment.modes),
-                f_com=segment.f_com,
-                z=segment.z,
                 placements=step.placements,
-                contacts=contacts_at(part.middle, problem.body, problem.environment),
+                middle=middle,
+                contacts=contacts_at(middle, problem.body, problem.environment),
             )
         )
-    return beats
+    return shown
 
 
-def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> Beat:
-    pose = problem.motion.pose(step.at)
-    return Beat(
+def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> ShownSegment:
+    rest = Moment(problem.motion.pose(step.at))
+    return ShownSegment(
         start=now,
         end=now + REGRASP_SECONDS,
         step=number,
         segment=None,
-        poses=pose_row(pose)[None],
-        modes="".join(MODE_LETTERS[mode] for mode in step.modes),
-        f_com=step.f_com,
-        z=step.z,
+        record=step,
+        poses=pose_row(rest.pose)[None],
         placements=step.placements,
-        lifted=step.finger,
-        target=step.to,
-        path=transit(problem, pose, step.finger, step.from_, step.to),
-        contacts=contacts_at(Moment(pose), problem.body, problem.environment),
+        middle=rest,
+        contacts=contacts_at(rest, problem.body, problem.environment),
+        path=transit_path(problem, rest.pose, step),
     )
+
+
+def transit_path(problem: Problem, pose: Pose, step: RegraspStep) -> Array:
+    """Return points (k, 3) of the lifted fingertip's way, object frame, at nearly equal times."""
+    points, normals = (
+        np.array([getattr(place, name) for place in step.placements])
+        for name in ("point", "normal")
+    )
+    transit = Transit(problem, pose, points, normals, HEIGHT * problem.body.diagonal)
+    corners, _ = transit.way(step.finger, np.array(step.to.point), np.array(step.to.normal))
+    corners = pose.to_object(corners)
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    shares = TRANSIT_POINTS * lengths / max(float(lengths.sum()), np.finfo(float).tiny)
+    legs = [
+        np.linspace(a, b, max(1, round(share)), endpoint=False)
+        for a, b, share in zip(corners, corners[1:], shares.tolist(), strict=False)
+    ]
+    return np.concatenate([*legs, corners[-1:]])
 
 
 def _poses(part: Segment) -> Array:

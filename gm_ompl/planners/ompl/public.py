@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from gm_ompl import clock
-from gm_ompl.api import ScenarioLike, load
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.ompl.run import judged_anew
-from gm_ompl.planners.ompl.setup import HybridSetup, make_setup
+from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
+from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 
 
 def setup(
-    scenario: ScenarioLike,
+    scenario: Scenario | str | os.PathLike[str],
     planner: str | None = None,
     *,
     seed: int = 0,
@@ -50,8 +51,10 @@ def setup(
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
     prepare(given.problem)
     judge = Judge(given.problem, make_backend(given.problem))
-    rng = np.random.default_rng(seed)
-    return make_setup(judge, rng, searcher, seed, given.resolved())
+    made = HybridSetup(judge, np.random.default_rng(seed))
+    made.scenario, made.seed = given.resolved(), seed
+    made.use(searcher)
+    return made
 
 
 def plan_from(setup: Any) -> Plan:

@@ -1,0 +1,100 @@
+"""A plan segment by segment, and cut where the object stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.errors import InputError
+from gm_ompl.motion.arc import Segment
+from gm_ompl.plan.arcs import arc_of
+from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep, SegmentRecord
+
+STRAIGHT = 0.99
+"""Cosine between the vertices' velocities before and after, below which the object stops."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedSegment:
+    """One segment of a displacement step.
+
+    Attributes:
+        step: number of the step in the plan.
+        number: of the segment in the step.
+        part: of the arc.
+        placements: per finger.
+        record: modes, f_com and z as the plan states them.
+    """
+
+    step: int
+    number: int
+    part: Segment
+    placements: tuple[PlacementRecord, ...]
+    record: SegmentRecord
+
+    def velocities(self, t: float, corners: Array) -> Array:
+        """Return the velocities of ``corners`` (m, 3), object frame, at ``t`` of the arc."""
+        twist = self.part.arc.twist(t)
+        return twist.at(corners @ self.part.arc.pose(t).rotation.T)
+
+
+Run: TypeAlias = list[PlannedSegment]
+"""Segments that follow each other without a stop: same fingers, modes and direction."""
+
+NumberedRegrasp: TypeAlias = tuple[int, RegraspStep]
+"""A regrasp, the object resting, and the number of its step."""
+
+
+def planned_segments(number: int, step: DisplacementStep) -> Run:
+    """Return the segments of step ``number`` with their parts of its arc."""
+    parts = arc_of(step).segments(len(step.segments))
+    return [
+        PlannedSegment(number, k, part, step.placements, record)
+        for k, (part, record) in enumerate(zip(parts, step.segments, strict=True))
+    ]
+
+
+def runs(plan: Plan, corners: Array) -> list[Run | NumberedRegrasp]:
+    """Cut ``plan`` into runs and regrasps.
+
+    Args:
+        plan: its steps fit its scenario.
+        corners: (m, 3), of the object, object frame.
+
+    Raises:
+        InputError: the plan has no displacement.
+    """
+    found: list[Run | NumberedRegrasp] = []
+    for number, step in enumerate(plan.steps):
+        if isinstance(step, RegraspStep):
+            found.append((number, step))
+            continue
+        for segment in planned_segments(number, step):
+            last = found[-1] if found else None
+            if isinstance(last, list) and _continues(last[-1], segment, corners):
+                last.append(segment)
+            else:
+                found.append([segment])
+    if not any(isinstance(part, list) for part in found):
+        raise InputError(f"the plan moves nothing (status {plan.status!r}): nothing to execute")
+    return found
+
+
+def _continues(before: PlannedSegment, after: PlannedSegment, corners: Array) -> bool:
+    """Whether the object need not stop between two segments."""
+    if (before.record.modes, before.placements) != (after.record.modes, after.placements):
+        return False
+    old = before.velocities(before.part.last, corners)
+    new = after.velocities(after.part.first, corners)
+    return bool((old * new).sum() >= STRAIGHT * np.linalg.norm(old) * np.linalg.norm(new))
+
+
+def commanded(record: SegmentRecord | RegraspStep) -> tuple[BoolArray, Array]:
+    """Return per finger whether it is force-controlled, (n,) bool, and f_com, 0 where it is not."""
+    return (
+        np.array([mode == "force" for mode in record.modes], dtype=bool),
+        np.array([force or 0.0 for force in record.f_com]),
+    )
