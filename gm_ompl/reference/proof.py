@@ -85,9 +85,9 @@ def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
         if found.closed:
             return found
     best = exact_best(model, force)
-    if best.least <= 0.0 and not balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+    if best.z <= 0.0 and not balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
         return Bracket(-np.inf, -np.inf, np.zeros(model.fingers), -1)
-    return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
+    return Bracket(best.z, best.z, best.f_com, best.direction)
 
 
 def _by_solution(

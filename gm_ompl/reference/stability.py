@@ -66,8 +66,8 @@ def stability(model: Statics, modes: Sequence[ControlMode]) -> Stability:
         return stability_of(highs.solve(stability_program(model, modes)), model.fingers)
     except SolverError:
         best = exact_best(model, _force(modes))
-        if best.least > 0.0 or balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
-            return Stability(best.least, best.f_com, best.direction, 0.0)
+        if best.z > 0.0 or balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+            return Stability(best.z, best.f_com, best.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), -1, 0.0)
 
 
@@ -129,7 +129,7 @@ def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> 
     try:
         return _stability_by_highs(model, limits, force, f_com)
     except SolverError:
-        found = exact_margin(model, limits, force)
+        found = exact_margin(model, limits.tolist(), force)
         if found.z > 0.0 or balanced(model, limits, force):
             return Stability(found.z, f_com, found.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), found.direction, 0.0)

@@ -30,7 +30,7 @@ def z_of(instant: Instant, mask: int) -> float:
     end, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
     if end == modes.UNPROVEN:
         force = np.array([not mask >> i & 1 for i in range(len(f_max))], dtype=bool)
-        z = min(exact_best(statics(instant), force).least, 1e9)
+        z = min(exact_best(statics(instant), force).z, 1e9)
     return float(z) * instant.force_scale
 
 
