@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.motion.lattice import Coordinates, Lattice
+from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
+from gm_ompl.motion.lattice_graph import LatticeGraph
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.object_graph import ObjectGraph
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
@@ -119,33 +122,6 @@ class CostSettings:
     samples_per_arc: int = 3
 
 
-@dataclass(frozen=True)
-class Goal:
-    """Where the object must end: a box in coordinates (a point where low = high).
-
-    Attributes:
-        low: least value per coordinate, or None where any value will do.
-        high: greatest value per coordinate, or None.
-        periods: per coordinate, its period, or None.
-    """
-
-    low: tuple[float | None, ...]
-    high: tuple[float | None, ...]
-    periods: tuple[float | None, ...]
-
-    def contains(self, q: Coordinates, tolerance: float = 1e-9) -> bool:
-        """Whether ``q`` lies in the goal, up to ``tolerance`` in each coordinate's unit."""
-        for value, low, high, period in zip(q, self.low, self.high, self.periods, strict=True):
-            if low is None or high is None:
-                continue
-            offset = value - low
-            if period is not None:
-                offset = (offset + tolerance) % period - tolerance
-            if not -tolerance <= offset <= high - low + tolerance:
-                return False
-        return True
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
     """Everything a planner needs; made from a scenario.
@@ -180,6 +156,17 @@ class Problem:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
+
+    @cached_property
+    def object_graph(self) -> ObjectGraph:
+        """What searches on the lattice walk.
+
+        Raises:
+            InputError: the start or the goal is off the lattice.
+        """
+        return LatticeGraph(
+            self.motion, self.lattice, self.start, self.goal, self.cost.samples_per_arc
+        )
 
     def instant(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements

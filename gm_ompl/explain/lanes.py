@@ -10,7 +10,6 @@ import numpy as np
 from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
-from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements, Problem
@@ -33,8 +32,10 @@ def ends(problem: Problem) -> tuple[int, int]:
     Raises:
         InputError: the start or the goal is off the lattice.
     """
-    start = start_node(problem)
-    return start, min(GoalNodes(problem).nodes, key=lambda node: abs(node - start))
+    graph = problem.object_graph
+    goals, start = graph.goal_nodes, graph.start
+    assert goals, "a path's goal is on its lattice"
+    return start, min(goals, key=lambda node: abs(node - start))
 
 
 def scan(

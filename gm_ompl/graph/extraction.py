@@ -1,18 +1,22 @@
-"""From nodes of the graph to moves of physical fingers."""
+"""From sets of placements along the object's way to moves of physical fingers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import final
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias, final
+
+import numpy as np
 
 from gm_ompl.contact.decision import ModeDecision
-from gm_ompl.graph.arcs import ObjectArc
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.cost import displacement_cost
-from gm_ompl.graph.feasibility_graph import FeasibilityGraph
-from gm_ompl.graph.sets import LIFTED, Groups
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.graph.sets import LIFTED, Groups, PlacementSets
+from gm_ompl.motion.object_graph import Way
 from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Placements
+
+Leg: TypeAlias = tuple[Placements, int, int]
+"""(canonical set, first place, last place), places counted along a way, or nodes of a graph."""
 
 
 @final
@@ -51,78 +55,85 @@ class PhysicalHand:
         )  # fmt: skip
 
 
-@final
-class ObjectTrack:
-    """Follows the object's coordinates, unwrapped, while lattice nodes wrap them.
+def merged(legs: Iterable[Leg]) -> list[Leg]:
+    """Return the legs, those in a row with the same set as one."""
+    whole: list[Leg] = []
+    for placements, first, last in legs:
+        if whole and whole[-1][0] == placements:
+            whole[-1] = (placements, whole[-1][1], last)
+        else:
+            whole.append((placements, first, last))
+    return whole
+
+
+def shared_hub(sets: PlacementSets, before: Placements, after: Placements) -> Placements:
+    """Return the hub that joins two canonical sets."""
+    hubs = set(sets.hubs(before))
+    return next(hub for hub in sets.hubs(after) if hub in hubs)
+
+
+def moves_of(judge: Judge, way: Way, legs: Sequence[Leg]) -> tuple[Move, ...]:
+    """Return the moves of ``legs``: a displacement per arc, a regrasp between two legs.
 
     Args:
-        problem: the problem.
-        config: the lattice node of the start.
-
-    Attributes:
-        q: coordinates now.
+        judge: answers about the problem; what the moves rest on was decided before.
+        way: the object's.
+        legs: each starts where the last ended, with all but one finger in place.
     """
-
-    def __init__(self, problem: Problem, config: int) -> None:
-        self._lattice = problem.lattice
-        near = problem.lattice.coordinates(config)
-        self.q = self._shifted(near, near, problem.start)
-
-    def advance(self, arc: ObjectArc) -> None:
-        """Follow ``arc``."""
-        self.q = self._shifted(arc.end, arc.start, self.q)
-
-    def _shifted(self, q: Coordinates, tail: Coordinates, unwrapped: Coordinates) -> Coordinates:
-        """Return ``q`` moved by the whole periods that take ``tail`` next to ``unwrapped``."""
-        return tuple(
-            value if period is None else value + period * round((there - here) / period)
-            for value, here, there, period in zip(
-                q, tail, unwrapped, self._lattice.periods, strict=True
-            )
-        )
-
-
-def extract_moves(
-    problem: Problem, graph: FeasibilityGraph, path: Sequence[int]
-) -> tuple[Move, ...]:
-    """Return the moves along ``path`` (nodes, hubs included), for physical fingers."""
-    parts = [graph.parts(node) for node in path]
-    hand = PhysicalHand(graph.sets.groups, parts[0][1])
-    track = ObjectTrack(problem, parts[0][0])
+    if not legs:
+        return ()
+    groups = judge.problem.fingers.groups()
+    hand, sets = PhysicalHand(groups, legs[0][0]), PlacementSets(groups)
     moves: list[Move] = []
-    for k in range(1, len(parts)):
-        (config, before), (end, after) = parts[k - 1], parts[k]
-        if LIFTED in after:
-            continue
-        if LIFTED in before:
-            rest = graph.rest(config, before)
-            moves.append(_regrasp(hand, track.q, before, after, rest, problem.cost.regrasp))
-        else:
-            arc = graph.arcs_of_object.between(config, end)
-            start = track.q
-            track.advance(arc)
-            decisions = graph.decisions(arc, after)
-            lengths = arc.finger_lengths(after)
-            cost = displacement_cost(lengths, [d.z for d in decisions], problem.cost.stability)
-            slots = [hand.slot(i, after) for i in range(len(after))]
-            segments = tuple(_reordered(decision, slots) for decision in decisions)
-            moves.append(Displacement(start, track.q, hand.placements, segments, cost))
+    for m, (placements, first, last) in enumerate(legs):
+        if m:
+            hub = shared_hub(sets, legs[m - 1][0], placements)
+            moves.append(_regrasp(judge, way, hand, hub, placements, first))
+        moves.extend(_displacement(judge, way, hand, placements, k) for k in range(first, last))
     return tuple(moves)
 
 
+def _displacement(
+    judge: Judge, way: Way, hand: PhysicalHand, placements: Placements, k: int
+) -> Displacement:
+    problem, arc = judge.problem, way.arcs[k]
+    fingers, z_min = tuple(range(len(placements))), problem.mechanics.z_min
+    decisions = [
+        judge.backend.decide(judge.environment(moment), fingers, placements, z_min)
+        for moment in arc.middles()
+    ]
+    centres = np.array([judge.centres(i)[row] for i, row in enumerate(placements)])
+    lengths = arc.lengths(centres.reshape(-1, 3)).tolist()
+    slots = [hand.slot(i, placements) for i in fingers]
+    return Displacement(
+        arc=arc.arc,
+        start=way.coordinates[k],
+        end=way.coordinates[k + 1],
+        placements=hand.placements,
+        segments=tuple(_reordered(decision, slots) for decision in decisions),
+        cost=displacement_cost(lengths, [d.z for d in decisions], problem.cost.stability),
+    )
+
+
 def _regrasp(
-    hand: PhysicalHand,
-    at: Coordinates,
-    hub: Placements,
-    after: Placements,
-    rest: ModeDecision,
-    cost: float,
+    judge: Judge, way: Way, hand: PhysicalHand, hub: Placements, after: Placements, k: int
 ) -> Regrasp:
+    problem, pose = judge.problem, way.poses[k]
+    touching = tuple(i for i, row in enumerate(hub) if row != LIFTED)
+    rows = tuple(hub[i] for i in touching)
+    rest = judge.rest(pose, touching, rows, problem.mechanics.z_min)
     finger, target = hand.regrasped(hub, after)
-    touching = [i for i, row in enumerate(hub) if row != LIFTED]
     others = [i for i in range(len(hub)) if i != finger]
     slots = [touching.index(hand.slot(i, hub)) for i in others]
-    move = Regrasp(at, finger, target, hand.placements, _reordered(rest, slots), cost)
+    move = Regrasp(
+        pose=pose,
+        at=way.coordinates[k],
+        finger=finger,
+        target=target,
+        placements=hand.placements,
+        rest=_reordered(rest, slots),
+        cost=problem.cost.regrasp,
+    )
     hand.move(finger, target)
     return move
 

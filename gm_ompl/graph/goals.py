@@ -1,95 +1,66 @@
-"""Which lattice nodes are the start and the goal."""
+"""Which placements start and goal allow."""
 
 from __future__ import annotations
 
-import math
-from typing import final
+from typing import TypeAlias
 
 import numpy as np
 
 from gm_ompl.arrays import BoolArray
-from gm_ompl.errors import InputError
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.sets import ordered_sets
 from gm_ompl.graph.watch import Stop, never, watched
-from gm_ompl.motion.lattice import Coordinates, Lattice
-from gm_ompl.problem import Goal, Placements, Problem
+from gm_ompl.problem import Placements
 
-ON_LATTICE = 1e-9
-"""How far a coordinate may be off its node, relative to its axis's extent."""
-
-
-def start_node(problem: Problem) -> int:
-    """Return the lattice node at the start.
-
-    Raises:
-        InputError: the start is off the lattice.
-    """
-    node = problem.lattice.find(problem.start, ON_LATTICE)
-    if node is None:
-        raise InputError(
-            f"start {_named(problem, problem.start)} is not a node of the lattice "
-            f"({_steps(problem)}); move the start or change the lattice's steps, or use a "
-            "planner that needs no lattice"
-        )
-    return node
+Requirement: TypeAlias = tuple[int | None, ...]
+"""Per finger, its placement, or None for any."""
 
 
-@final
-class GoalNodes:
-    """The lattice nodes in the goal.
+def valid_goals(judge: Judge, stop: Stop = never) -> tuple[int, ...] | None:
+    """Return the goal's nodes at which some set of placements is geometrically valid.
 
-    Attributes:
-        nodes: their numbers, increasing.
+    None where the goal's nodes cannot be listed.
 
     Raises:
-        InputError: no node of the lattice lies in the goal.
+        Stopped: ``stop`` said so.
     """
-
-    def __init__(self, problem: Problem) -> None:
-        self._required = problem.fingers.goal
-        lattice = problem.lattice
-        inside = [_inside(lattice, problem.goal, d) for d in range(len(lattice.axes))]
-        if not all(inside):
-            raise InputError(
-                f"goal {_region(problem)} holds no node of the lattice "
-                f"({_steps(problem)}); move the goal or change the lattice's steps, or use a "
-                "planner that needs no lattice"
-            )
-        numbers = np.ravel_multi_index(np.ix_(*inside), lattice.shape)
-        self.nodes: tuple[int, ...] = tuple(numbers.ravel().tolist())
-        self._members = frozenset(self.nodes)
-
-    def contains(self, config: int, placements: Placements) -> bool:
-        """Whether ``config`` lies in the goal and the fingers are where the goal wants them."""
-        return config in self._members and all(
-            want is None or have == want
-            for have, want in zip(placements, self._required, strict=True)
-        )
-
-    def reachable(self, problem: Problem, judge: Judge, stop: Stop = never) -> tuple[int, ...]:
-        """Return the goal's nodes at which some set of placements is geometrically valid.
-
-        Raises:
-            Stopped: ``stop`` said so.
-        """
-        return tuple(n for n in watched(self.nodes, stop) if _has_set(problem, judge, n))
+    graph, wanted = judge.problem.object_graph, judge.problem.fingers.goal
+    if graph.goal_nodes is None:
+        return None
+    nodes = watched(graph.goal_nodes, stop)
+    return tuple(node for node in nodes if has_set(judge, graph.pose(node), wanted))
 
 
-def _has_set(problem: Problem, judge: Judge, config: int) -> bool:
-    geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(config)))
+def has_set(judge: Judge, pose: Pose, required: Requirement) -> bool:
+    """Whether some set of placements is geometrically valid at ``pose``."""
+    geometry = judge.node(pose)
     if not geometry.object_free:
         return False
-    allowed = restricted(geometry.free, problem.fingers.goal)
+    allowed = restricted(geometry.free, required)
     keys = [np.zeros(len(mask)) for mask in allowed]
-    sets = ordered_sets(problem.fingers.groups(), allowed, keys, judge.clear)
+    sets = ordered_sets(judge.problem.fingers.groups(), allowed, keys, judge.clear)
     return next(sets, None) is not None
 
 
-def restricted(
-    free: tuple[BoolArray, ...],
-    required: tuple[int | None, ...],
-) -> tuple[BoolArray, ...]:
+def blocked_at_all(judge: Judge, goals: tuple[int, ...]) -> tuple[BoolArray, ...]:
+    """Return per finger (P,) the placements that are blocked at every one of these goal nodes."""
+    hand, graph = judge.problem.fingers, judge.problem.object_graph
+    blocked = tuple(np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count))
+    for node in goals:
+        geometry = judge.node(graph.pose(node))
+        for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
+            mask &= ~free
+    return blocked
+
+
+def fits(placements: Placements, required: Requirement) -> bool:
+    """Whether the fingers are where they are wanted."""
+    pairs = zip(placements, required, strict=True)
+    return all(want is None or have == want for have, want in pairs)
+
+
+def restricted(free: tuple[BoolArray, ...], required: Requirement) -> tuple[BoolArray, ...]:
     """Return the masks ``free``, a finger with a required placement limited to that one."""
     masks = []
     for mask, row in zip(free, required, strict=True):
@@ -100,36 +71,3 @@ def restricted(
             only[row] = mask[row]
             masks.append(only)
     return tuple(masks)
-
-
-def _inside(lattice: Lattice, goal: Goal, d: int) -> list[int]:
-    axis, period = lattice.axes[d], lattice.periods[d]
-    extent = period or float(axis[-1] - axis[0]) or 1.0
-    one = Goal((goal.low[d],), (goal.high[d],), (goal.periods[d],))
-    return [
-        k for k, value in enumerate(axis.tolist()) if one.contains((value,), ON_LATTICE * extent)
-    ]
-
-
-def _region(problem: Problem) -> str:
-    goal, parts = problem.goal, []
-    for name, low, high in zip(problem.motion.names, goal.low, goal.high, strict=True):
-        if low is None or high is None:
-            parts.append(f"{name} = any")
-        else:
-            parts.append(f"{name} = {low:g}" + ("" if low == high else f" to {high:g}"))
-    return "(" + ", ".join(parts) + ")"
-
-
-def _named(problem: Problem, values: Coordinates) -> str:
-    pairs = zip(problem.motion.names, values, strict=True)
-    return "(" + ", ".join(f"{n} = {v:g}" for n, v in pairs) + ")"
-
-
-def _steps(problem: Problem) -> str:
-    parts = []
-    for name, axis in zip(problem.motion.names, problem.lattice.axes, strict=True):
-        step = float(axis[1] - axis[0]) if len(axis) > 1 else math.nan
-        spacing = f" in steps of {step:g}" if len(axis) > 1 else ""
-        parts.append(f"{name} from {axis[0]:g} to {axis[-1]:g}{spacing}")
-    return ", ".join(parts)

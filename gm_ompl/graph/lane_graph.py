@@ -74,13 +74,13 @@ class LaneGraph:
 
     def coordinates(self, config: int) -> Coordinates:
         """Return the object's coordinates at a node."""
-        return self._problem.lattice.coordinates(config)
+        return self._problem.object_graph.coordinates(config)
 
     def lane(self, placements: Placements) -> Lane:
         """Return the lane of a canonical set, its bounds renewed."""
         lane = self._lanes.get(placements)
         if lane is None:
-            hubs = tuple(self.sets.replaced(placements, k, LIFTED) for k in self._fingers)
+            hubs = self.sets.hubs(placements)
             lane = Lane(placements, hubs, *self.tables.forward.shape)
             self._lanes[placements] = lane
             for hub in hubs:
@@ -249,7 +249,7 @@ class LaneGraph:
         if hub.stable[config] < 0:
             fingers = tuple(k for k in self._fingers if k != hub.slot)
             rows = tuple(hub.placements[k] for k in fingers)
-            pose = self._problem.motion.pose(self.coordinates(config))
+            pose = self._problem.object_graph.pose(config)
             state, z_min = self._judge.environment(Moment(pose)), self._problem.mechanics.z_min
             z = self._backend.decide(state, fingers, rows, z_min).z
             hub.stable[config] = z >= z_min

@@ -6,7 +6,6 @@ hub (one finger lifted, the object at rest) joins the lanes that share the other
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,10 +13,9 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.lane_bounds import UNASKED, LaneTables
 from gm_ompl.graph.watch import Stop, watched
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
 from gm_ompl.problem import Problem
 
 
@@ -27,19 +25,17 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
     Raises:
         Stopped: ``stop`` said so.
     """
-    lattice, P = problem.lattice, problem.cost.samples_per_arc
-    nodes = [lattice.coordinates(c) for c in range(lattice.size)]
-    N = len(nodes) - 1
-    arcs = [problem.motion.arc(a, b) for a, b in itertools.pairwise(nodes)]
-    node_free = _masks(judge, [judge.node(problem.motion.pose(q)) for q in watched(nodes, stop)])
-    free = _masks(judge, [judge.along(arc) for arc in watched(arcs, stop)])
+    graph, P = problem.object_graph, problem.cost.samples_per_arc
+    arcs = _row(graph)
+    N = len(arcs)
+    nodes = range(N + 1)
+    node_free = _masks(judge, [judge.node(graph.pose(c)) for c in watched(nodes, stop)])
+    free = _masks(judge, [judge.along(arc.arc) for arc in watched(arcs, stop)])
     free &= node_free[:, :, :-1] & node_free[:, :, 1:]
     lengths = _lengths(problem, judge, arcs)
-    goals = GoalNodes(problem)
-    goal = np.zeros(N + 1, dtype=bool)
-    goal[list(goals.nodes)] = True
+    goal = np.array([graph.in_goal(c) for c in nodes])
     forward = np.array(
-        [[judge.environment(moment) for moment in arc.middles(P)] for arc in watched(arcs, stop)],
+        [[judge.environment(moment) for moment in arc.middles()] for arc in watched(arcs, stop)],
         dtype=np.int64,
     ).reshape(N, P)
     travel = lengths.sum(axis=3)
@@ -66,13 +62,20 @@ def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: St
 
 def ask_backward(tables: LaneTables, problem: Problem, judge: Judge, span: slice) -> int:
     """Find contact states of backward arcs, which most searches hardly need; return of how many."""
-    backward, P = tables.backward, problem.cost.samples_per_arc
+    backward, graph = tables.backward, problem.object_graph
     unasked = [i for i in range(span.start, span.stop) if backward[i, 0] == UNASKED]
     for i in unasked:
-        tail, head = problem.lattice.coordinates(i + 1), problem.lattice.coordinates(i)
-        arc = problem.motion.arc(tail, head)
-        backward[i] = [judge.environment(moment) for moment in arc.middles(P)]
+        arc = next(arc for arc in graph.arcs_from(i + 1) if arc.head == i)
+        backward[i] = [judge.environment(moment) for moment in arc.middles()]
     return len(unasked)
+
+
+def _row(graph: ObjectGraph) -> list[GraphArc]:
+    """Return the arcs c -> c + 1 of a graph whose nodes are a row of them from 0 on."""
+    arcs: list[GraphArc] = []
+    while ahead := [a for a in graph.arcs_from(len(arcs)) if a.head == len(arcs) + 1]:
+        arcs += ahead
+    return arcs
 
 
 def _masks(judge: Judge, places: Sequence[NodeGeometry]) -> BoolArray:
@@ -83,14 +86,14 @@ def _masks(judge: Judge, places: Sequence[NodeGeometry]) -> BoolArray:
     return np.ascontiguousarray(np.stack([np.stack(p.free) for p in places], axis=2))
 
 
-def _lengths(problem: Problem, judge: Judge, arcs: Sequence[Arc]) -> Array:
+def _lengths(problem: Problem, judge: Judge, arcs: Sequence[GraphArc]) -> Array:
     """Return the chords (n, placements, N, P) of Eq. (9)."""
     P, radii = problem.cost.samples_per_arc, problem.fingers.radius.tolist()
     known: dict[float, Array] = {}
     for i, radius in enumerate(radii):
         if radius not in known:
             centres = judge.centres(i)
-            each = [arc.chords(centres, P).T for arc in arcs]
+            each = [arc.lengths(centres) for arc in arcs]
             known[radius] = np.stack(each, axis=1) if each else np.zeros((len(centres), 0, P))
     return np.ascontiguousarray(np.stack([known[radius] for radius in radii]))
 

@@ -71,6 +71,10 @@ class PlacementSets:
         """Return the canonical set with ``number``."""
         return self._sets[number]
 
+    def hubs(self, canonical: Placements) -> tuple[Placements, ...]:
+        """Return per slot the canonical set in which its finger is LIFTED."""
+        return tuple(self.replaced(canonical, slot, LIFTED) for slot in range(len(canonical)))
+
     def replaced(self, canonical: Placements, slot: int, row: int) -> Placements:
         """Return the canonical set in which the finger at ``slot`` is at ``row``."""
         return self.canonical((*canonical[:slot], row, *canonical[slot + 1 :]))

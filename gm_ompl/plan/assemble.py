@@ -113,7 +113,7 @@ def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
         )
         for decision in move.segments
     )
-    arc = problem.motion.arc(move.start, move.end)
+    arc = move.arc
     return DisplacementStep(
         kind="displacement",
         from_=_floats(move.start),

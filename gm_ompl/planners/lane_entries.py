@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.graph.extraction import Leg
 from gm_ompl.graph.lane import Hub
 from gm_ompl.problem import Placements
-
-Leg: TypeAlias = tuple[Placements, int, int]
-"""A lane's placements, and the first and last node of the way along it."""
 
 
 @dataclass(frozen=True, eq=False)

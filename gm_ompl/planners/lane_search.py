@@ -17,9 +17,10 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.graph.extraction import Leg
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.planners.lane_entries import Choices, Entry, Leg, legs
+from gm_ompl.planners.lane_entries import Choices, Entry, legs
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status

@@ -179,7 +179,7 @@ class StartSets:
 def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> StartSets:
     """Return the source of all valid sets at the start node."""
     tables = graph.tables
-    geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(start)))
+    geometry = judge.node(problem.object_graph.pose(start))
     allowed = restricted(geometry.free, problem.fingers.start)
     groups = problem.fingers.groups()
     onward = tables.X_regr + tables.least[start]

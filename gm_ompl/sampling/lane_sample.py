@@ -15,9 +15,10 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.graph.extraction import Leg, merged
+from gm_ompl.graph.watch import Stop
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.lane_store import LaneStore
-from gm_ompl.sampling.tree import Leg, Stop, merged
 
 CHEAPER: Final = 1.0 - 1e-9
 """A plan is better only by this factor: sums in another order are no improvement."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
 from functools import cached_property
 from typing import final
 
@@ -11,51 +9,34 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
-from gm_ompl.motion.arc import Arc, Moment
-from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.problem import Placements
-from gm_ompl.sampling.lines import (
-    coarse_to_fine,
-    split,
-    strides_needed,
-)
+from gm_ompl.motion.arc import Moment
+from gm_ompl.motion.object_graph import Way
+from gm_ompl.sampling.lines import coarse_to_fine
 
 
 @final
 class Route:
-    """A polyline in the object's coordinates, divided into strides of at most a lattice step.
+    """A way of the object whose arcs are called strides, and its places vertices.
 
-    Each stride has P segments. What depends on the object alone is computed once for all sets:
-    geometry at once, contact states when they are asked for.
+    What depends on the object alone is computed once for all sets: geometry at once, contact
+    states when they are asked for.
 
     Args:
         judge: answers about the problem.
-        points: the polyline's corners, unwrapped, no two in a row equal.
-        finer: strides per lattice step.
+        way: from the start to the goal, K strides of P segments.
 
     Attributes:
-        points: likewise.
-        finer: likewise.
-        vertices: the strides' ends (K + 1).
-        arcs: the strides (K).
+        way: likewise.
+        strides: K.
         object_free: whether the object penetrates nothing on the way.
         states: (K, P), contact states, -1 where not yet asked for.
         tried: (K, P), mode decisions asked for per segment, and
         failed: (K, P), how many of them had z < z_min.
     """
 
-    def __init__(self, judge: Judge, points: Sequence[Coordinates], finer: int = 1) -> None:
-        self._judge, self.finer = judge, finer
-        self.points = tuple(points)
-        problem = judge.problem
-        P = problem.cost.samples_per_arc
-        self.vertices: list[Coordinates] = [self.points[0]]
-        self.arcs: list[Arc] = []
-        for a, b in itertools.pairwise(self.points):
-            corners = split(problem, a, b)
-            for start, end in itertools.pairwise(corners):
-                self._append(start, end, finer * strides_needed(problem, start, end))
-        self.strides = len(self.arcs)
+    def __init__(self, judge: Judge, way: Way) -> None:
+        self._judge, self.way = judge, way
+        self.strides, P = len(way.arcs), judge.problem.cost.samples_per_arc
         self._middles: list[tuple[Moment, ...] | None] = [None] * self.strides
         self.states: IntArray = np.full((self.strides, P), -1, dtype=np.int64)
         self.tried, self.failed = np.zeros((2, self.strides, P))
@@ -65,16 +46,10 @@ class Route:
         self._rests: dict[int, int] = {}
         self._geometry()
 
-    def _append(self, start: Coordinates, end: Coordinates, strides: int) -> None:
-        corners = [between(start, end, k / strides) for k in range(strides + 1)]
-        self.vertices.extend(corners[1:])
-        arc = self._judge.problem.motion.arc
-        self.arcs.extend(arc(a, b) for a, b in itertools.pairwise(corners))
-
     def _geometry(self) -> None:
-        judge, pose = self._judge, self._judge.problem.motion.pose
-        nodes = [judge.node(pose(q)) for q in self.vertices]
-        along = [judge.along(arc) for arc in self.arcs]
+        judge = self._judge
+        nodes = [judge.node(pose) for pose in self.way.poses]
+        along = [judge.along(arc.arc) for arc in self.way.arcs]
         self.object_free = all(place.object_free for place in nodes + along)
         self.node_free = self._masks(nodes)
         self.free = self._masks(along)
@@ -93,7 +68,7 @@ class Route:
         if known < 0:
             middles = self._middles[k]
             if middles is None:
-                middles = self._middles[k] = self.arcs[k].middles(self.states.shape[1])
+                middles = self._middles[k] = self.way.arcs[k].middles()
             known = self.states[k, p] = self._judge.environment(middles[p])
         return known
 
@@ -101,30 +76,21 @@ class Route:
         """Return the contact state of the object at rest at ``vertex``."""
         known = self._rests.get(vertex)
         if known is None:
-            pose = self._judge.problem.motion.pose(self.vertices[vertex])
-            known = self._rests[vertex] = self._judge.environment(Moment(pose))
+            known = self._judge.environment(Moment(self.way.poses[vertex]))
+            self._rests[vertex] = known
         return known
 
     @cached_property
     def lengths(self) -> Array:
         """|dq_finger i,j| of Eq. (9) for all placements, (n, placements, K, P)."""
-        judge, P = self._judge, self.states.shape[1]
+        judge = self._judge
         radii = judge.problem.fingers.radius.tolist()
         known: dict[float, Array] = {}
         for i, radius in enumerate(radii):
             if radius not in known:
-                each = [arc.chords(judge.centres(i), P).T for arc in self.arcs]
+                each = [arc.lengths(judge.centres(i)) for arc in self.way.arcs]
                 known[radius] = np.stack(each, axis=1)
         return np.ascontiguousarray(np.stack([known[radius] for radius in radii]))
-
-    def stride_lengths(self, k: int, placements: Placements) -> list[list[float]]:
-        """Return |dq_finger i,j| along stride ``k``, per finger and segment."""
-        judge, P = self._judge, self.states.shape[1]
-        rows = [judge.centres(i)[row] for i, row in enumerate(placements)]
-        lengths: list[list[float]] = (
-            self.arcs[k].chords(np.array(rows).reshape(-1, 3), P).T.tolist()
-        )
-        return lengths
 
     def suspicion(self) -> Array:
         """Return (K, P): how likely a segment fails, as far as decisions tell; no two equal."""

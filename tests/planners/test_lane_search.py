@@ -15,7 +15,6 @@ from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds, lane_graph
-from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.sets import LIFTED
 from gm_ompl.moves import Regrasp
@@ -182,8 +181,8 @@ def test_given_places_are_kept() -> None:
     goal = (hand[1], hand[0], *hand[2:])
     fingers = dataclasses.replace(problem.fingers, start=hand, goal=goal)
     swapped = dataclasses.replace(problem, fingers=fingers)
-    assert start_node(swapped) == 0
-    assert GoalNodes(swapped).nodes == (problem.lattice.size - 1,)
+    assert swapped.object_graph.start == 0
+    assert swapped.object_graph.goal_nodes == (problem.lattice.size - 1,)
     same(solve(swapped), solve(swapped, "dijkstra"))
 
 

@@ -13,7 +13,7 @@ from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import GoalNodes
+from gm_ompl.graph.goals import valid_goals
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.graph.watch import Stopped
@@ -67,8 +67,8 @@ def test_the_bound_is_admissible_and_no_weaker_than_travel(name: str, overrides:
     assert found.status is plain.status
     assert found.cost == plain.cost or found.cost == pytest.approx(plain.cost, rel=1e-6)
     judge = Judge(problem, make_backend(problem))
-    goals = GoalNodes(problem).reachable(problem, judge)
-    bound, travel = PlanarHeuristic(problem, judge, goals), TravelHeuristic(problem, judge, goals)
+    goals = valid_goals(judge) or ()
+    bound, travel = PlanarHeuristic(judge, goals), TravelHeuristic(judge, goals)
     rng, P, n = np.random.default_rng(3), len(problem.fingers.placements), problem.fingers.count
     for _ in range(300):
         config = int(rng.integers(problem.lattice.size))
@@ -85,11 +85,11 @@ def test_making_the_bound_listens_to_the_budget() -> None:
     """Broken off while nodes are tested or distances are found, whichever comes first."""
     problem = load("planar/corridor", CORRIDOR).problem
     judge = Judge(problem, make_backend(problem))
-    goals = GoalNodes(problem).reachable(problem, judge)
+    goals = valid_goals(judge) or ()
     for patience in (0, 10, problem.lattice.size + 1):
         asked = itertools.count()
         with pytest.raises(Stopped):
-            PlanarHeuristic(problem, judge, goals, lambda: next(asked) >= patience)  # noqa: B023
+            PlanarHeuristic(judge, goals, lambda: next(asked) >= patience)  # noqa: B023
         assert next(asked) == patience + 1
 
 

@@ -16,11 +16,12 @@ from gm_ompl.problem import Problem
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import LaneSample
 from gm_ompl.sampling.lane_store import FAILED, LaneStore
+from gm_ompl.sampling.lines import polyline
 from gm_ompl.sampling.routes import Route
 
 
 def _store(problem: Problem, judge: Judge) -> LaneStore:
-    route = Route(judge, [problem.start, (1.0,)])
+    route = Route(judge, polyline(problem, [problem.start, (1.0,)]))
     return LaneStore(judge, PlacementSets(problem.fingers.groups()), route)
 
 
