@@ -14,7 +14,8 @@ from gm_ompl.arrays import read_only
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.lattice_graph import LatticeGraph
