@@ -17,11 +17,11 @@ import numpy as np
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.arcs import ObjectArc, ObjectArcs
-from gm_ompl.graph.cost import displacement_cost, stability_factor
-from gm_ompl.graph.extraction import Leg, merged
-from gm_ompl.graph.goals import fits, restricted
 from gm_ompl.graph.heuristic import Heuristic
-from gm_ompl.graph.sets import LIFTED, PlacementSets, ordered_sets
+from gm_ompl.holds.cost import displacement_cost, stability_factor
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.goals import fits, restricted
+from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, ordered_sets
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Placements
 
@@ -181,10 +181,6 @@ class FeasibilityGraph:
         """Yield the nodes from a hub: the lifted finger at every free placement."""
         slot = hub.index(LIFTED)
         geometry = self._judge.node(self._objects.pose(config))
-        free = geometry.free[slot]
-        for other, row in enumerate(hub):
-            clear = self._judge.clear[slot][other]
-            if clear is not None:
-                free = free & clear[:, row]
+        free = geometry.free[slot] & beside(hub, self._judge.clear)
         for row in np.flatnonzero(free).tolist():
             yield self.node(config, self.sets.replaced(hub, slot, row))

@@ -8,8 +8,8 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import blocked_at_all
-from gm_ompl.graph.sets import LIFTED
+from gm_ompl.holds.goals import blocked_at_all
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.problem import Placements, Problem
 
 REMEMBERED_NUMBERS = 8_000_000

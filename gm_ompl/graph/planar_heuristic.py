@@ -10,9 +10,9 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.graph.goals import blocked_at_all
-from gm_ompl.graph.sets import LIFTED
-from gm_ompl.graph.watch import Stop, never, watched
+from gm_ompl.holds.goals import blocked_at_all
+from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.watch import Stop, never, watched
 from gm_ompl.problem import Placements, Problem
 
 LEVELS = 64

@@ -10,8 +10,8 @@ from typing import ClassVar, Protocol, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import has_set
-from gm_ompl.graph.watch import Stop
+from gm_ompl.holds.goals import has_set
+from gm_ompl.holds.watch import Stop
 from gm_ompl.moves import Move
 from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search

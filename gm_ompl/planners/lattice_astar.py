@@ -10,14 +10,14 @@ import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.extraction import Leg, moves_of
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
-from gm_ompl.graph.goals import valid_goals
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.graph.sets import LIFTED
-from gm_ompl.graph.watch import Stop, Stopped
+from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.watch import Stop, Stopped
 from gm_ompl.moves import Move
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
@@ -55,33 +55,30 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         InputError: the start or the goal is off the lattice.
     """
     log = Log(budget.start(), judge, report)
-    start, backend = problem.object_graph.start, judge.backend
+    backend = judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
         graph = LaneGraph(problem, judge, backend, log.meter.spent)
-        source = start_sets(problem, judge, graph, start)
+        source = start_sets(problem, judge, graph)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
         return without_search(Status.BUDGET, 0.0, log.meter)
 
-    search = LaneSearch(graph, source, start, log, tracer(report))
+    search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    moves = _moves(judge, search.path())
+    moves = _moves(judge, graph, *search.path())
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
 
-def _moves(judge: Judge, legs: Sequence[Leg]) -> tuple[Move, ...]:
-    """Return the moves of a plan whose legs are given by nodes: a row of them from 0 on."""
-    if not legs:
-        return ()
-    nodes, along = [legs[0][1]], list[Leg]()
-    for placements, first, last in legs:
-        step = 1 if last >= first else -1
-        nodes.extend(range(first + step, last + step, step) if last != first else ())
-        along.append((placements, len(nodes) - 1 - abs(last - first), len(nodes) - 1))
-    return moves_of(judge, judge.problem.object_graph.way(nodes), along)
+def _moves(
+    judge: Judge, graph: LaneGraph, arcs: Sequence[int], legs: Sequence[Leg]
+) -> tuple[Move, ...]:
+    """Return the moves of a plan whose arcs and legs are those of lanes."""
+    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+    way = judge.problem.object_graph.way([graph.nodes[c] for c in nodes])
+    return moves_of(judge, way, legs)
 
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]

@@ -20,7 +20,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
-from gm_ompl.graph.cost import displacement_cost
+from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.arc import Moment
 from gm_ompl.moves import Displacement, Move, Regrasp

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
-from gm_ompl.graph.extraction import PhysicalHand, shared_hub
-from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.holds.extraction import PhysicalHand, shared_hub
+from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Move
 from gm_ompl.planners.planner import Report

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import final
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.extraction import moves_of
-from gm_ompl.graph.watch import Stop
+from gm_ompl.holds.extraction import moves_of
+from gm_ompl.holds.watch import Stop
 from gm_ompl.moves import Move
 from gm_ompl.sampling.explorer import Course, Explorer
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cost import displacement_cost
+from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Placements, Problem

@@ -9,7 +9,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.watch import Stop
+from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.moves import Move
 from gm_ompl.problem import Problem

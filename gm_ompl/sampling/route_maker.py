@@ -91,7 +91,7 @@ class RouteMaker:
         if len(kept) == 1 and not self._problem.goal.contains(kept[0]):
             return None
         route = Route(self._judge, polyline(self._problem, kept, finer))
-        if not route.object_free:
+        if not route.table.object_free:
             return None
         self._drawn[route] = tuple(kept), finer
         return route

@@ -8,9 +8,9 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl.arrays import BoolArray, IntArray
-from gm_ompl.graph.extraction import Leg, merged
-from gm_ompl.graph.goals import fits, restricted
-from gm_ompl.graph.watch import Stop
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.goals import fits, restricted
+from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_store import LaneStore
@@ -187,7 +187,7 @@ class Tree:
             if (hub, vertex) in self._tried:
                 continue
             self._tried.add((hub, vertex))
-            if self._store.rest_holds(hub, vertex):
+            if self._store.known.rest_holds(hub, vertex):
                 return self._from_hub(parent, hub, vertex, stop)
         return None
 
@@ -256,7 +256,7 @@ def join(store: LaneStore, tree: Tree, number: int, other: Tree) -> list[Leg] | 
         for k in other.by_hub.get(hub, ()):
             low, high = _overlap(branch, other.branches[k])
             for vertex in range(low, high + 1):
-                if store.rest_holds(hub, vertex):
+                if store.known.rest_holds(hub, vertex):
                     return _joined(tree, number, other, k, vertex)
     return None
 

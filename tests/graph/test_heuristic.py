@@ -11,9 +11,9 @@ import pytest
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
-from gm_ompl.graph.goals import valid_goals
 from gm_ompl.graph.heuristic import TravelHeuristic
-from gm_ompl.graph.sets import LIFTED, PlacementSets
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.sets import LIFTED, PlacementSets
 from gm_ompl.problem import Problem
 from gm_ompl.reference.judge import Decide, ReferenceJudge
 from gm_ompl.reference.search import Graph, Node

@@ -16,7 +16,7 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds, lane_graph
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.graph.sets import LIFTED
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.moves import Regrasp
 from gm_ompl.planners import lane_search, lane_sources
 from gm_ompl.planners.lattice_astar import has_lanes

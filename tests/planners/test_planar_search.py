@@ -13,10 +13,10 @@ from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import valid_goals
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.graph.watch import Stopped
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.watch import Stopped
 from gm_ompl.moves import Displacement, Regrasp
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner

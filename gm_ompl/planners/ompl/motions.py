@@ -9,8 +9,8 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import ordered_sets
+from gm_ompl.holds.goals import restricted
+from gm_ompl.holds.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.moves import Move
 from gm_ompl.problem import Placements, Problem

@@ -140,6 +140,16 @@ def _joined(
                 yield (row, *rest)
 
 
+def beside(hub: Placements, clear: Clearances) -> BoolArray:
+    """Return where a hub's lifted finger is clear of the others, (P,); (1,) for a lone finger."""
+    pairs = [
+        pair[:, row]
+        for pair, row in zip(clear[hub.index(LIFTED)], hub, strict=True)
+        if pair is not None
+    ]
+    return np.logical_and.reduce(pairs) if pairs else np.ones(1, dtype=bool)
+
+
 def _clear_of(finger: int, row: int, other: int, pool: IntArray, clear: Clearances) -> IntArray:
     """Return the rows of ``pool`` where ``other`` is clear of ``finger`` at ``row``."""
     pair = clear[finger][other]

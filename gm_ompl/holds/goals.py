@@ -9,8 +9,8 @@ import numpy as np
 from gm_ompl.arrays import BoolArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph.sets import ordered_sets
-from gm_ompl.graph.watch import Stop, never, watched
+from gm_ompl.holds.sets import ordered_sets
+from gm_ompl.holds.watch import Stop, never, watched
 from gm_ompl.problem import Placements
 
 Requirement: TypeAlias = tuple[int | None, ...]

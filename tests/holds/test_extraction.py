@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gm_ompl.graph.extraction import PhysicalHand
-from gm_ompl.graph.sets import LIFTED, PlacementSets
+from gm_ompl.holds.extraction import PhysicalHand
+from gm_ompl.holds.sets import LIFTED, PlacementSets
 
 
 def test_random_regrasps_are_attributed_to_one_finger() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cost import displacement_cost
-from gm_ompl.graph.sets import LIFTED, Groups, PlacementSets
+from gm_ompl.holds.cost import displacement_cost
+from gm_ompl.holds.sets import LIFTED, Groups, PlacementSets
 from gm_ompl.motion.object_graph import Way
 from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.problem import Placements
