@@ -12,8 +12,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.holds.sets import LIFTED, Groups, PlacementSets
 from gm_ompl.motion.object_graph import Way
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements
+from gm_ompl.problem import Displacement, Move, Placements, Regrasp
 
 Leg: TypeAlias = tuple[Placements, int, int]
 """(canonical set, first place, last place), places counted along a way, or nodes of a graph."""

@@ -9,7 +9,6 @@ from typing import Any
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan.arcs import arc_record
 from gm_ompl.plan.model import (
     FORMAT,
@@ -23,7 +22,7 @@ from gm_ompl.plan.model import (
     Status,
 )
 from gm_ompl.plan.record import PoseRecord, Vector
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 
 ROUNDING = 1e-9  # a solver may return f_com this far (relative to f_max) outside [0, f_max]
 

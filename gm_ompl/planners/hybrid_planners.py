@@ -12,7 +12,6 @@ import numpy as np
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.watch import Stop
-from gm_ompl.moves import Move
 from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
@@ -26,7 +25,7 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import Growth, tracer
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer
 from gm_ompl.sampling.first_plan import FirstPlan

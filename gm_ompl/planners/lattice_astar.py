@@ -18,7 +18,6 @@ from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.watch import Stop, Stopped
-from gm_ompl.moves import Move
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -35,7 +34,7 @@ from gm_ompl.planners.planner import (
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.planners.undecided import bounded
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:

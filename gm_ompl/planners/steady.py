@@ -23,8 +23,7 @@ from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.arc import Moment
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 
 LEAST, AIM = 8e-7, 5e-7
 """By how much z may stay below the best, relatively, and what the cuts ask for. A check that

@@ -14,9 +14,8 @@ from typing import Final, TypeAlias, final
 from gm_ompl.holds.extraction import PhysicalHand, shared_hub
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Move
 from gm_ompl.planners.planner import Report
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.sampling.explorer import Course
 from gm_ompl.sampling.lane_store import LaneStore
 from gm_ompl.sampling.motions import HybridState

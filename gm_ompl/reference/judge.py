@@ -19,8 +19,7 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.motion.object_graph import GraphArc, Way
-from gm_ompl.moves import Displacement, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Placements, Problem, Regrasp
 from gm_ompl.reference.modes import Modes, decide_modes
 from gm_ompl.reference.swept import SweptJudge
 

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.moves import Move
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.reference.judge import Decide, Finding, ReferenceJudge
 from gm_ompl.reference.modes import decide_modes
 

@@ -12,7 +12,7 @@ import numpy as np
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.watch import Stop
-from gm_ompl.moves import Move
+from gm_ompl.problem import Move
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
 from gm_ompl.sampling.improver import Improver, ImproverSettings

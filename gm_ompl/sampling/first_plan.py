@@ -9,7 +9,7 @@ from typing import final
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.watch import Stop
-from gm_ompl.moves import Move
+from gm_ompl.problem import Move
 from gm_ompl.sampling.explorer import Course, Explorer
 
 

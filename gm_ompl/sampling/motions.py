@@ -16,8 +16,7 @@ import numpy as np
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.sampling.lines import Line, same, split, strides_needed, unwrapped
 
 UNPLACED = -1

@@ -11,8 +11,7 @@ import numpy as np
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.moves import Move
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.sampling.stages import Stage, StageJudge, Stages, changed, stages_of
 

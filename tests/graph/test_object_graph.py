@@ -21,10 +21,9 @@ from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.lattice_graph import LatticeGraph
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph, Way
 from gm_ompl.motion.planar import PlanarMotion
-from gm_ompl.moves import Displacement
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Problem
 from gm_ompl.scenario.load import load
 
 SMALL = ["fingers.placements.grid=[2, 1]", "lattice.segments=3"]

@@ -12,11 +12,10 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.sets import placement_sets
-from gm_ompl.moves import Displacement, Regrasp
 from gm_ompl.planners.lattice_astar import solve_on_lanes
 from gm_ompl.planners.planner import Budget, SearchResult, Status, silent
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Problem
 from gm_ompl.scenario.load import load
 
 PLANAR = [
@@ -58,7 +57,7 @@ def test_planar_lattices(name: str, overrides: list[str]) -> None:
             assert move.start == pytest.approx(q)
             q = move.end
         else:
-            assert isinstance(move, Regrasp) and move.at == pytest.approx(q)
+            assert move.at == pytest.approx(q)
             k = move.finger
             placements = (*placements[:k], move.target, *placements[k + 1 :])
     assert problem.goal.contains(q)

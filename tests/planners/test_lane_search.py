@@ -17,12 +17,11 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds, lane_graph
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.moves import Regrasp
 from gm_ompl.planners import lane_search, lane_sources
 from gm_ompl.planners.lattice_astar import has_lanes
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Placements, Problem, Regrasp
 from gm_ompl.scenario.load import load
 
 FAMILIES = ("slide", "push", "tumble", "regrasp", "chain")

@@ -20,8 +20,7 @@ from gm_ompl.motion.lattice_graph import way_along
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.motion.straight import Straight
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 from gm_ompl.reference.judge import Finding, ReferenceJudge
 from gm_ompl.reference.modes import Modes
 from gm_ompl.reference.search import SearchStatus, plain_search

@@ -12,8 +12,7 @@ import numpy as np
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.moves import Move
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.sampling.lines import coarse_to_fine, extents, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
