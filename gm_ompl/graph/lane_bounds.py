@@ -6,7 +6,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.holds.bounds import NOTHING, arc_cost, ends_at
+from gm_ompl.holds.bounds import NOTHING, arc_cost, arcs_of, ends_at, ends_of
 from gm_ompl.holds.tables import Tables
 from gm_ompl.mechanics.cuts import CutTables
 
@@ -17,15 +17,16 @@ SHORTER = 1.0 - 1e-11
 @compiled
 def spread(c: int, costs: Array, tables: Tables, travel: Array, via: IntArray) -> None:
     """Write the least cost (V,) from node c by arcs of these costs (A,), and the last arc (V,)."""
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
     travel[:], via[:] = np.inf, -1
     travel[c], falling = 0.0, True
     while falling:
         falling = False
-        for k in range(len(costs) - 1, -1, -1):
-            a = tables.order[k]
-            onward, head = travel[tables.tail[a]] + costs[a], tables.head[a]
-            if onward < travel[head]:
-                travel[head], via[head], falling = onward, a, not tables.one_pass
+        for k in range(len(order) - 1, -1, -1):
+            a = order[k]
+            onward, there = travel[tail[a]] + costs[a], head[a]
+            if onward < travel[there]:
+                travel[there], via[there], falling = onward, a, again
 
 
 @inlined
@@ -60,6 +61,7 @@ def best_target(
     Returns:
         Slot -1 stands for the goal.
     """
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
     X_regr, best, node, slot = tables.X_regr, d[c], c, -1
     if X_regr <= best:
         best, node, slot = better_hub(c, 0.0, g, V, G, X_regr, best, node, slot)
@@ -67,23 +69,24 @@ def best_target(
     travel[c], falling = 0.0, True
     while falling:
         falling = False
-        for k in range(len(costs) - 1, -1, -1):
-            a = tables.order[k]
-            onward, head = travel[tables.tail[a]] + costs[a], tables.head[a]
-            if onward < travel[head] and onward + X_regr <= best:
-                travel[head], falling = onward, not tables.one_pass
-                best, node, slot = better_hub(head, onward, g, V, G, X_regr, best, node, slot)
+        for k in range(len(order) - 1, -1, -1):
+            a = order[k]
+            onward, there = travel[tail[a]] + costs[a], head[a]
+            if onward < travel[there] and onward + X_regr <= best:
+                travel[there], falling = onward, again
+                best, node, slot = better_hub(there, onward, g, V, G, X_regr, best, node, slot)
     return best, node, slot
 
 
 @inlined
 def hub_default(rows: IntArray, k: int, c: int, tables: Tables) -> float:
     """Return the bound that geometry gives from the hub of slot k: those that stay travel on."""
-    through = tables.least[c]
+    least, ahead = tables.least, tables.ahead
+    through = least[c]
     for i in range(len(rows)):
         if i != k:
-            through = max(through, tables.ahead[i, rows[i], c])
-    return float(min(through, tables.X_regr + tables.least[c]))
+            through = max(through, ahead[i, rows[i], c])
+    return float(min(through, tables.X_regr + least[c]))
 
 
 @compiled
@@ -92,18 +95,6 @@ def hub_defaults(rows: IntArray, tables: Tables, V: Array) -> None:
     for k in range(V.shape[0]):
         for c in range(V.shape[1]):
             V[k, c] = hub_default(rows, k, c, tables)
-
-
-@inlined
-def key_at(rows: IntArray, hubs: IntArray, V: Array, c: int, tables: Tables, shared: bool) -> float:
-    """Return a lower bound on the cost from node c of a lane if it is left or at the goal there."""
-    onward = np.inf
-    for k in range(len(rows)):
-        if shared:
-            onward = min(onward, V[hubs[k], c])
-        else:
-            onward = min(onward, hub_default(rows, k, c, tables))
-    return 0.0 if ends_at(rows, c, tables) else float(tables.X_regr + onward)
 
 
 @compiled
@@ -125,25 +116,33 @@ def lane_keys(
         cuts: the cuts.
         keys: output (L,).
     """
-    P, shared = tables.states.shape[1], len(V) > 0
+    tail, head, onward_arcs = tables.tail, tables.head, tables.order[::-1]
+    P, X_regr, again = tables.states.shape[1], tables.X_regr, not tables.one_pass
     known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
-    travel = np.empty(len(tables.goal))
+    travel, arcs, ends = np.empty(len(tables.goal)), arcs_of(tables), ends_of(tables)
     for m in range(sets.shape[0]):
-        rows, hubs, memo = sets[m], ids[m if shared else 0], NOTHING
+        rows, memo, best = sets[m], NOTHING, np.inf
         travel[:] = np.inf
-        travel[c], falling = 0.0, True
-        best = key_at(rows, hubs, V, c, tables, shared)
-        while falling:
-            falling = False
-            for k in range(len(tables.order) - 1, -1, -1):
-                a = tables.order[k]
-                here, head = travel[tables.tail[a]], tables.head[a]
-                if here < best and here < travel[head]:  # else no cost of the arc matters
-                    cost, memo = arc_cost(rows, a, known, 0, tables, cuts, z, factors, memo)
-                    onward = here + cost
-                    if onward < best and onward < travel[head]:
-                        travel[head], falling = onward, not tables.one_pass
-                        best = min(best, onward + key_at(rows, hubs, V, head, tables, shared))
+        travel[c], k, at, falling = 0.0, 0, c, False
+        while True:
+            if at >= 0:  # reached at less cost than before: it may end here, or go on from a hub
+                if ends_at(rows, at, ends):
+                    best = min(best, travel[at])
+                for i in range(len(rows)):
+                    onward = V[ids[m, i], at] if len(V) > 0 else hub_default(rows, i, at, tables)
+                    best = min(best, travel[at] + X_regr + onward)
+            if k == len(onward_arcs):
+                if not falling:
+                    break
+                k, falling = 0, False
+            a, at = onward_arcs[k], -1
+            k += 1
+            here = travel[tail[a]]
+            if here < best and here < travel[head[a]]:  # else no cost of the arc matters
+                cost, memo = arc_cost(rows, a, known, 0, arcs, cuts, z, factors, memo, True)
+                if here + cost < best and here + cost < travel[head[a]]:
+                    at = head[a]
+                    travel[at], falling = here + cost, again
         keys[m] = best
 
 
@@ -163,19 +162,21 @@ def hub_rows(
         cuts: the cuts.
         table: output (choices, V).
     """
+    order, tails, heads, again = tables.order, tables.tail, tables.head, not tables.one_pass
     P = tables.states.shape[1]
     known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
-    full = rows.copy()
+    full, arcs, ends = rows.copy(), arcs_of(tables), ends_of(tables)
     for index in which:
         full[slot] = choices[index]
         d, memo, falling = table[index], NOTHING, True
         for c in range(len(d)):
-            d[c] = 0.0 if ends_at(full, c, tables) else np.inf
+            d[c] = 0.0 if ends_at(full, c, ends) else np.inf
         while falling:
             falling = False
-            for a in tables.order:
-                head, tail = tables.head[a], tables.tail[a]
+            for k in range(len(order)):
+                a = order[k]
+                head, tail = heads[a], tails[a]
                 if d[head] < d[tail]:  # else no cost of the arc matters
-                    cost, memo = arc_cost(full, a, known, 0, tables, cuts, z, factors, memo)
+                    cost, memo = arc_cost(full, a, known, 0, arcs, cuts, z, factors, memo, True)
                     if d[head] + cost < d[tail]:
-                        d[tail], falling = d[head] + cost, not tables.one_pass
+                        d[tail], falling = d[head] + cost, again

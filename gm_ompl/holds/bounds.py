@@ -5,11 +5,11 @@ A set may hold along fewer arcs than is said here, and costs at least as much.
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.holds.tables import UNASKED, Tables
 from gm_ompl.mechanics.cuts import CutTables, state_bound
@@ -21,90 +21,112 @@ margin and its factor of Eq. (9)."""
 NOTHING: Final[Memo] = (UNASKED, np.inf, np.nan, 1.0)
 
 
-@inlined
-def arc_holds(
-    rows: IntArray, a: int, known: Array, at: int, tables: Tables, cuts: CutTables, z: Array,
-    before: int, bound: float,
-) -> tuple[bool, int, float]:  # fmt: skip
-    """Return whether a set may hold along an arc, and the last contact state with its bound.
+class Arcs(NamedTuple):
+    """What costs of arcs need of ``Tables``: numba counts every use of every array of a tuple."""
 
-    Args:
-        rows: (n,), its placements.
-        a: the arc.
-        known: (.., P), decided margins, +inf where undecided.
-        at: the arc's row in ``known`` and ``z``.
-        tables: the tables.
-        cuts: the cuts.
-        z: output (.., P), upper bounds on the margins: what is known, else the least of the
-            state's cuts; left alone after the first that is below z_min.
-        before: the contact state asked for last.
-        bound: its bound on z.
-    """
-    holds, row = True, tables.like[a]
-    for k in range(len(rows)):
-        holds = holds and tables.free[k, rows[k], row]
-    for j in range(tables.states.shape[1]):
-        if not holds:
-            break
-        state = tables.states[a, j]
-        if state != before:
-            before, bound = state, np.inf
-            if 0 <= state < len(cuts.counts):
-                bound = state_bound(state, rows, cuts)
-        z[at, j] = min(bound, known[at, j])
-        holds = z[at, j] >= tables.z_min
-    return holds, before, bound
+    like: IntArray
+    free: BoolArray
+    states: IntArray
+    lengths: Array
+    z_min: float
+    X_stab: float
+
+
+class Ends(NamedTuple):
+    """What tells goal nodes, likewise."""
+
+    goal: BoolArray
+    wanted: IntArray
+    node_free: BoolArray
+
+
+@inlined
+def arcs_of(tables: Tables) -> Arcs:
+    """Return what costs of arcs need."""
+    return Arcs(
+        tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.X_stab
+    )
+
+
+@inlined
+def ends_of(tables: Tables) -> Ends:
+    """Return what tells goal nodes."""
+    return Ends(tables.goal, tables.wanted, tables.node_free)
 
 
 @inlined
 def arc_cost(
-    rows: IntArray, a: int, known: Array, at: int, tables: Tables, cuts: CutTables, z: Array,
-    factors: Array, memo: Memo,
+    rows: IntArray, a: int, known: Array, at: int, arcs: Arcs, cuts: CutTables, z: Array,
+    factors: Array, memo: Memo, weigh: bool,
 ) -> tuple[float, Memo]:  # fmt: skip
     """Return a lower bound on Eq. (9) for an arc; +inf where it cannot hold.
 
-    Arguments as for ``arc_holds``; ``factors`` (P,) is room to work in, ``memo`` what the arc
-    before has left. It is returned with the cost.
+    Args:
+        rows: (n,), a set's placements.
+        a: the arc.
+        known: (.., P), decided margins, +inf where undecided.
+        at: the arc's row in ``known`` and ``z``.
+        arcs: of the tables.
+        cuts: the cuts.
+        z: output (.., P), upper bounds on the margins: what is known, else the least of the
+            state's cuts; left alone after the first that is below z_min.
+        factors: (P,), room to work in.
+        memo: what the arc before has left. It is returned with the cost.
+        weigh: whether lengths count; else an arc that may hold costs nothing.
     """
+    like, free, states, lengths, z_min, X_stab = arcs
     before, bound, margin, factor = memo
-    holds, before, bound = arc_holds(rows, a, known, at, tables, cuts, z, before, bound)
-    P, most, row = tables.states.shape[1], 0.0, tables.like[a]
-    if holds:
-        for j in range(P):
-            if z[at, j] != margin:
-                margin = z[at, j]
-                factor = 1.0 + tables.X_stab / margin if tables.X_stab > 0.0 else 1.0
-            factors[j] = factor
+    P, row = states.shape[1], like[a]
+    most, holds = 0.0, True
+    for k in range(len(rows)):
+        holds = holds and free[k, rows[k], row]
+    for j in range(P):
+        if not holds:
+            break
+        if states[a, j] != before:
+            before, bound = states[a, j], np.inf
+            if 0 <= before < len(cuts.counts):
+                bound = state_bound(before, rows, cuts)
+        least = min(bound, known[at, j])
+        holds = least >= z_min
+        z[at, j] = least
+        if least != margin:
+            margin = least
+            factor = 1.0 + X_stab / margin if X_stab > 0.0 else 1.0
+        factors[j] = factor
+    if holds and weigh:
         for k in range(len(rows)):
             travel = 0.0
             for j in range(P):
-                travel += factors[j] * tables.lengths[k, rows[k], row, j]
+                travel += factors[j] * lengths[k, rows[k], row, j]
             most = max(most, travel)
     return most if holds else np.inf, (before, bound, margin, factor)
 
 
 @inlined
-def ends_at(rows: IntArray, c: int, tables: Tables) -> bool:
+def ends_at(rows: IntArray, c: int, ends: Ends) -> bool:
     """Whether node c is a goal for a set: wanted there, and free."""
-    ends = tables.goal[c]
-    if ends:
+    goal, wanted, node_free = ends
+    arrived = goal[c]
+    if arrived:
         for k in range(len(rows)):
-            fits = tables.wanted[k] < 0 or tables.wanted[k] == rows[k]
-            ends = ends and fits and tables.node_free[k, rows[k], c]
-    return bool(ends)
+            fits = wanted[k] < 0 or wanted[k] == rows[k]
+            arrived = arrived and fits and node_free[k, rows[k], c]
+    return bool(arrived)
 
 
 @inlined
 def relax(d: Array, costs: Array, tables: Tables) -> None:
     """Lower d (V,) to the least cost to go, by arcs of these costs (A,)."""
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
     falling = True
     while falling:
         falling = False
-        for a in tables.order:
-            through = d[tables.head[a]] + costs[a]
-            if through < d[tables.tail[a]]:
-                d[tables.tail[a]] = through
-                falling = not tables.one_pass
+        for k in range(len(order)):
+            a = order[k]
+            through = d[head[a]] + costs[a]
+            if through < d[tail[a]]:
+                d[tail[a]], falling = through, again
 
 
 @compiled
@@ -124,10 +146,11 @@ def refresh(
         d: output (V,), lower bounds on the cost to the goal without regrasping.
     """
     factors, memo = np.empty(tables.states.shape[1]), NOTHING
+    arcs, ends = arcs_of(tables), ends_of(tables)
     for a in range(len(costs)):
-        costs[a], memo = arc_cost(rows, a, known, a, tables, cuts, z, factors, memo)
+        costs[a], memo = arc_cost(rows, a, known, a, arcs, cuts, z, factors, memo, True)
     for c in range(len(d)):
-        d[c] = 0.0 if ends_at(rows, c, tables) else np.inf
+        d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
     relax(d, costs, tables)
 
 
@@ -167,14 +190,14 @@ def reaches(
         reach: what is known so far, between the two.
     """
     P = tables.states.shape[1]
-    known, z = np.full((1, P), np.inf), np.empty((1, P))
-    step = 1 if last >= first else -1
+    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    arcs, step = arcs_of(tables), 1 if last >= first else -1
     for m in range(sets.shape[0]):
-        k, before, bound = first, UNASKED, np.inf
+        rows, k, memo = sets[m], first, NOTHING
         while k != reach[m]:
             arc = k if step > 0 else k - 1
-            holds, before, bound = arc_holds(sets[m], arc, known, 0, tables, cuts, z, before, bound)
-            if not holds:
+            cost, memo = arc_cost(rows, arc, known, 0, arcs, cuts, z, factors, memo, False)
+            if cost == np.inf:
                 break
             k += step
         reach[m] = k
