@@ -17,7 +17,6 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
-from gm_ompl.moves import Move
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
@@ -25,7 +24,7 @@ from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load as load_scenario
 from gm_ompl.scenario.scenario import Scenario
 

@@ -1,17 +1,24 @@
-"""A manipulation problem: the scenario as the planners see it, values only."""
+"""A manipulation problem, and the moves that solve it: values only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
 from gm_ompl.arrays import Array, read_only
+from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.motion.lattice import Coordinates, Lattice
+from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
+from gm_ompl.motion.lattice_graph import LatticeGraph
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.object_graph import ObjectGraph
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
@@ -119,33 +126,6 @@ class CostSettings:
     samples_per_arc: int = 3
 
 
-@dataclass(frozen=True)
-class Goal:
-    """Where the object must end: a box in coordinates (a point where low = high).
-
-    Attributes:
-        low: least value per coordinate, or None where any value will do.
-        high: greatest value per coordinate, or None.
-        periods: per coordinate, its period, or None.
-    """
-
-    low: tuple[float | None, ...]
-    high: tuple[float | None, ...]
-    periods: tuple[float | None, ...]
-
-    def contains(self, q: Coordinates, tolerance: float = 1e-9) -> bool:
-        """Whether ``q`` lies in the goal, up to ``tolerance`` in each coordinate's unit."""
-        for value, low, high, period in zip(q, self.low, self.high, self.periods, strict=True):
-            if low is None or high is None:
-                continue
-            offset = value - low
-            if period is not None:
-                offset = (offset + tolerance) % period - tolerance
-            if not -tolerance <= offset <= high - low + tolerance:
-                return False
-        return True
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
     """Everything a planner needs; made from a scenario.
@@ -181,6 +161,17 @@ class Problem:
     def __post_init__(self) -> None:
         object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
 
+    @cached_property
+    def object_graph(self) -> ObjectGraph:
+        """What searches on the lattice walk.
+
+        Raises:
+            InputError: the start or the goal is off the lattice.
+        """
+        return LatticeGraph(
+            self.motion, self.lattice, self.start, self.goal, self.cost.samples_per_arc
+        )
+
     def instant(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements
     ) -> Instant:
@@ -200,3 +191,50 @@ class Problem:
             gravity=self.mechanics.gravity,
             cone_edges=self.mechanics.cone_edges,
         )
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """One arc for displacement of the object, fingertips fixed on it.
+
+    Attributes:
+        arc: the object's motion.
+        start: object coordinates at the arc's tail; empty where the motion has none.
+        end: at its head, unwrapped.
+        placements: per physical finger.
+        segments: one decision per equal segment, judged at the segment's midpoint.
+        cost: Eq. (9).
+    """
+
+    arc: Arc = field(compare=False)  # arcs are equal by their ends
+    start: Coordinates
+    end: Coordinates
+    placements: Placements
+    segments: tuple[ModeDecision, ...]
+    cost: float
+
+
+@dataclass(frozen=True)
+class Regrasp:
+    """One arc for regrasping: a finger changes its placement, the object rests.
+
+    Attributes:
+        pose: where the object rests.
+        at: the same in object coordinates; empty where the motion has none.
+        finger: the physical finger that moves.
+        target: its new placement.
+        placements: per physical finger, before the move.
+        rest: the decision for the other fingers (in finger order, the lifted one left out).
+        cost: Eq. (10).
+    """
+
+    pose: Pose = field(compare=False)
+    at: Coordinates
+    finger: int
+    target: int
+    placements: Placements
+    rest: ModeDecision
+    cost: float
+
+
+Move: TypeAlias = Displacement | Regrasp

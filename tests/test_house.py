@@ -17,7 +17,7 @@ def found() -> dict[str, list[str]]:
 def test_no_circles_and_few_floors(found: dict[str, list[str]]) -> None:
     """No file imports itself by way of others; the longest chain of rooms does not grow."""
     assert found["circles of rooms"] == found["circles of files"] == []
-    assert len(found["floors of imports"]) <= 16
+    assert len(found["floors of imports"]) <= 15
 
 
 def test_files_and_functions_are_short(found: dict[str, list[str]]) -> None:
@@ -31,7 +31,7 @@ def test_files_and_functions_are_short(found: dict[str, list[str]]) -> None:
 def test_few_parameters_are_positional(found: dict[str, list[str]]) -> None:
     """At most seven; compiled functions, which take no objects, may have more."""
     many = found["functions with more than 7 positional parameters"]
-    compiled = (".mechanics.", ".graph.lane_bounds.")
+    compiled = (".mechanics.", ".graph.lane_bounds.", ".holds.bounds.")
     assert [name for name in many if not any(room in name for room in compiled)] == []
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from gm_ompl.errors import InputError
-from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.planners.trace_file import Told
 
 from .animation import Animation

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.problem import Goal, Problem
+from gm_ompl.motion.lattice import Goal
+from gm_ompl.problem import Problem
 
 MAX_TURNS = 1e4
 """A coordinate that wraps may be unwrapped this far; beyond, rounding would blur it."""

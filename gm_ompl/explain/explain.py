@@ -26,7 +26,6 @@ from gm_ompl.explain.values import (
 )
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
@@ -219,7 +218,7 @@ class _Explaining:
         self._part = self._deadline.part(share, SURVEYS_ALONE)
         hand, end = problem.fingers, problem.start
         if backwards:
-            end = problem.lattice.coordinates(GoalNodes(problem).nodes[0])
+            end = problem.object_graph.coordinates((problem.object_graph.goal_nodes or ())[0])
         required = hand.goal if backwards else hand.start
         sets, possible = sets_at(problem, judge, end, required, self._samples, self._rng)
         scored = self._scored(sets, lambda placements: self._score(placements, backwards))

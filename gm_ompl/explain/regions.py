@@ -12,7 +12,6 @@ import numpy as np
 from gm_ompl.explain.instants import Explainer
 from gm_ompl.explain.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
-from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements, Problem
@@ -35,8 +34,10 @@ def ends(problem: Problem) -> tuple[int, int]:
     Raises:
         InputError: the start or the goal is off the lattice.
     """
-    start = start_node(problem)
-    return start, min(GoalNodes(problem).nodes, key=lambda node: abs(node - start))
+    graph = problem.object_graph
+    goals, start = graph.goal_nodes, graph.start
+    assert goals, "a path's goal is on its lattice"
+    return start, min(goals, key=lambda node: abs(node - start))
 
 
 def scan(
@@ -139,7 +140,8 @@ class Region:
     def __init__(self, explainer: Explainer, placements: Placements, backwards: bool) -> None:
         problem = explainer.problem
         self._explainer, self._placements, self._backwards = explainer, placements, backwards
-        goals, start = GoalNodes(problem).nodes, start_node(problem)
+        goals, start = problem.object_graph.goal_nodes, problem.object_graph.start
+        assert goals, "a lattice's goal lies on it"
         sources, ends = (goals, (start,)) if backwards else ((start,), goals)
         self._ends = np.array([problem.lattice.coordinates(node) for node in ends])
         self._extent = np.array([float(np.ptp(axis)) or 1.0 for axis in problem.lattice.axes])

@@ -11,8 +11,8 @@ from gm_ompl.arrays import BoolArray
 from gm_ompl.explain.values import FacesLine, SetLine, Survey
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import PlacementSets, placement_sets
+from gm_ompl.holds.goals import restricted
+from gm_ompl.holds.sets import PlacementSets, placement_sets
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 

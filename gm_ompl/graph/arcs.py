@@ -11,28 +11,22 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.caches import Memo
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.motion.object_graph import GraphArc
+from gm_ompl.problem import Placements
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectArc:
-    """One step of the object on its lattice, divided into P segments (Sec. 4.2).
+    """One arc of the object graph, divided into segments (Sec. 4.2).
 
     Attributes:
-        head: the lattice node it leads to.
-        start: coordinates of its tail.
-        end: of its head, unwrapped.
         environments: per segment, the back end's number of the contact state.
         states: the different ones among them.
         free: per finger, per placement: whether it is free all along the arc.
-        lengths: per finger, (P, segments), |dq_finger i,j| of Eq. (9).
+        lengths: per finger, (placements, segments), |dq_finger i,j| of Eq. (9).
         travel: per finger, per placement: their sum over the segments.
     """
 
-    head: int
-    start: Coordinates
-    end: Coordinates
     environments: tuple[int, ...]
     states: tuple[int, ...]
     free: tuple[Sequence[bool], ...]
@@ -69,58 +63,41 @@ class ObjectArc:
 
 @final
 class ObjectArcs:
-    """Arcs between lattice nodes, made on demand; those the object cannot take are left out."""
+    """Arcs of the object graph, made on demand; those the object cannot take are left out."""
 
-    def __init__(self, problem: Problem, judge: Judge) -> None:
-        self._problem, self._judge = problem, judge
+    def __init__(self, judge: Judge) -> None:
+        problem = judge.problem
+        self._graph, self._judge = problem.object_graph, judge
         radii = len(set(problem.fingers.radius.tolist()))
         numbers = 8 * (problem.cost.samples_per_arc + 1) + 32  # 32: a float and its place in a list
         each = len(problem.fingers.placements) * radii * numbers + 2000
         self._known = Memo[int, Mapping[int, ObjectArc]](each * 2 * problem.motion.dimension)
 
     def leaving(self, config: int) -> Mapping[int, ObjectArc]:
-        """Return the arcs from lattice node ``config`` by their heads."""
+        """Return the arcs from the object's node ``config`` by their heads."""
         known = self._known.get(config)
         if known is None:
-            made = {
-                head: self._make(config, head, end)
-                for head, end in self._problem.lattice.neighbours(config)
-            }
+            made = {step.head: self._make(step) for step in self._graph.arcs_from(config)}
             known = self._known[config] = {h: arc for h, arc in made.items() if arc is not None}
         return known
 
-    def between(self, tail: int, head: int) -> ObjectArc:
-        """Return the arc between two neighbours that the object can take."""
-        known = self._known.get(tail)
-        if known is not None:
-            return known[head]
-        ways = dict(self._problem.lattice.neighbours(tail))
-        arc = self._make(tail, head, ways[head])
-        assert arc is not None, "the object cannot take it"
-        return arc
-
-    def _make(self, tail: int, head: int, end: Coordinates) -> ObjectArc | None:
-        judge, P = self._judge, self._problem.cost.samples_per_arc
-        start = self._problem.lattice.coordinates(tail)
-        arc = self._problem.motion.arc(start, end)
-        places = judge.along(arc)
-        # The node's own coordinates, not the unwrapped ones: the node is judged once.
-        node = judge.node(self._problem.motion.pose(self._problem.lattice.coordinates(head)))
+    def _make(self, step: GraphArc) -> ObjectArc | None:
+        judge = self._judge
+        places = judge.along(step.arc)
+        # The node's own pose, not the arc's end, which may be unwrapped: it is judged once.
+        node = judge.node(self._graph.pose(step.head))
         if not (places.object_free and node.object_free):
             return None
-        radii = self._problem.fingers.radius.tolist()
+        radii = judge.problem.fingers.radius.tolist()
         lengths: dict[float, Array] = {}
         free: dict[float, list[bool]] = {}
         for i, radius in enumerate(radii):
             if radius not in lengths:
-                lengths[radius] = np.ascontiguousarray(arc.chords(judge.centres(i), P).T)
+                lengths[radius] = np.ascontiguousarray(step.lengths(judge.centres(i)))
                 free[radius] = (places.free[i] & node.free[i]).tolist()
         travel = {radius: table.sum(axis=1).tolist() for radius, table in lengths.items()}
-        environments = tuple(judge.environment(moment) for moment in arc.middles(P))
+        environments = tuple(judge.environment(moment) for moment in step.middles())
         return ObjectArc(
-            head=head,
-            start=start,
-            end=end,
             environments=environments,
             states=tuple(dict.fromkeys(environments)),
             free=tuple(free[r] for r in radii),

@@ -1,9 +1,9 @@
 """The manipulation-feasibility graph of Sec. 4.2, its nodes and arcs made on demand.
 
-A node is a placement set at a lattice node of the object, numbered set * lattice size + lattice
-node. Regrasping passes through hubs: the set with one finger LIFTED costs X_regr to enter, if the
-rest of the hand holds the object at rest, and nothing to leave to any free placement. Paths have
-the costs they have with the paper's arcs from placement to placement.
+A node is a placement set at a node of the object graph, numbered set * 2^63 + that node.
+Regrasping passes through hubs: the set with one finger LIFTED costs X_regr to enter, if the rest of
+the hand holds the object at rest, and nothing to leave to any free placement. Paths have the costs
+they have with the paper's arcs from placement to placement.
 """
 
 from __future__ import annotations
@@ -16,14 +16,19 @@ import numpy as np
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.arcs import ObjectArc, ObjectArcs
-from gm_ompl.graph.cost import displacement_cost, stability_factor
-from gm_ompl.graph.goals import GoalNodes, restricted, start_node
 from gm_ompl.graph.heuristic import Heuristic
-from gm_ompl.graph.sets import LIFTED, PlacementSets, ordered_sets
+from gm_ompl.holds.cost import displacement_cost, stability_factor
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.goals import fits, restricted
+from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, ordered_sets
 from gm_ompl.motion.arc import Moment
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Placements
+
+BITS = 63
+"""Of a node's number, those that are the object's node."""
+
+OBJECT = (1 << BITS) - 1
 
 
 @final
@@ -31,50 +36,52 @@ class FeasibilityGraph:
     """The graph as best-first search sees it.
 
     Args:
-        problem: the problem.
-        judge: its judge.
-        goals: the goal's nodes.
+        judge: of the problem.
         heuristic: a lower bound on the cost to the goal.
 
     Attributes:
-        start: the lattice node of the start.
         sets: the placement sets met so far.
         arcs_of_object: displacement arcs, without the hand.
     """
 
-    def __init__(
-        self, problem: Problem, judge: Judge, goals: GoalNodes, heuristic: Heuristic
-    ) -> None:
-        self._problem, self._judge = problem, judge
-        self._goals, self._heuristic = goals, heuristic
-        self._size = problem.lattice.size
+    def __init__(self, judge: Judge, heuristic: Heuristic) -> None:
+        problem = judge.problem
+        self._problem, self._judge, self._heuristic = problem, judge, heuristic
+        self._objects = problem.object_graph
         self._z_min = problem.mechanics.z_min
         self._X_stab, self._X_regr = problem.cost.stability, problem.cost.regrasp
         self._fingers = tuple(range(problem.fingers.count))
         self._rests: dict[int, int] = {}
-        self.start = start_node(problem)
         self.sets = PlacementSets(problem.fingers.groups())
-        self.arcs_of_object = ObjectArcs(problem, judge)
+        self.arcs_of_object = ObjectArcs(judge)
+
+    def legs(self, path: Sequence[int]) -> tuple[list[int], list[Leg]]:
+        """Return the object's nodes along a path, and the legs between its regrasps."""
+        nodes: list[int] = []
+        legs: list[Leg] = []
+        for config, placements in map(self.parts, path):
+            if not nodes or nodes[-1] != config:
+                nodes.append(config)
+            if LIFTED not in placements:
+                legs.append((placements, len(nodes) - 1, len(nodes) - 1))
+        return nodes, merged(legs)
 
     def node(self, config: int, canonical: Placements) -> int:
-        """Return the number of the node with this lattice node and canonical set."""
-        return self.sets.number(canonical) * self._size + config
+        """Return the number of the node with this object node and canonical set."""
+        return self.sets.number(canonical) << BITS | config
 
     def parts(self, node: int) -> tuple[int, Placements]:
-        """Return the lattice node and the canonical set of ``node``."""
-        number, config = divmod(node, self._size)
-        return config, self.sets.placements(number)
+        """Return the object's node and the canonical set of ``node``."""
+        return node & OBJECT, self.sets.placements(node >> BITS)
 
     def sources(self) -> Iterator[tuple[float, int]]:
         """Yield (bound, node) of all start nodes; bounds on the estimates do not decrease."""
-        geometry = self._judge.node(self._pose(self.start))
+        start = self._objects.start
+        geometry = self._judge.node(self._objects.pose(start))
         allowed = restricted(geometry.free, self._problem.fingers.start)
-        keys = self._heuristic.finger_estimates(self.start)
+        keys = self._heuristic.finger_estimates(start)
         for bound, placements in ordered_sets(self.sets.groups, allowed, keys, self._judge.clear):
-            yield bound, self.node(self.start, placements)
-
-    def _pose(self, config: int) -> Pose:
-        return self._problem.motion.pose(self._problem.lattice.coordinates(config))
+            yield bound, self.node(start, placements)
 
     def estimate(self, node: int) -> float:
         """Return a lower bound on the cost from ``node`` to the goal."""
@@ -84,7 +91,9 @@ class FeasibilityGraph:
     def is_goal(self, node: int) -> bool:
         """Whether ``node`` is joined to the virtual goal node."""
         config, placements = self.parts(node)
-        return LIFTED not in placements and self._goals.contains(config, placements)
+        if LIFTED in placements or not self._objects.in_goal(config):
+            return False
+        return fits(placements, self._problem.fingers.goal)
 
     def arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
         """Yield (head, least cost, exact): displacement arcs, or from a hub to all placements.
@@ -104,9 +113,7 @@ class FeasibilityGraph:
     def late_arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
         """Yield (head, X_regr, False) of the arcs that lift a finger."""
         config, placements = self.parts(node)
-        for hub in dict.fromkeys(
-            self.sets.replaced(placements, slot, LIFTED) for slot in self._fingers
-        ):
+        for hub in dict.fromkeys(self.sets.hubs(placements)):
             yield self.node(config, hub), self._X_regr, False
 
     def late_bound(self, node: int) -> float:
@@ -137,24 +144,19 @@ class FeasibilityGraph:
                 return math.inf
         return self._cost(arc, placements, z)
 
-    def decisions(self, arc: ObjectArc, canonical: Placements) -> tuple[ModeDecision, ...]:
-        """Return the mode decision of each of the arc's segments, fingers in canonical order."""
-        backend = self._judge.backend
-        return tuple(backend.decide(e, self._fingers, canonical) for e in arc.environments)
-
     def rest(self, config: int, hub: Placements) -> ModeDecision:
         """Return the decision for the fingers that touch, the object at rest.
 
         Where z is below z_min, the decision may say no more than that.
         """
         fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
-        pose = self._pose(config)
+        pose = self._objects.pose(config)
         return self._judge.rest(pose, fingers, tuple(hub[i] for i in fingers), self._z_min)
 
     def _rest_bound(self, config: int, hub: Placements) -> float:
         environment = self._rests.get(config)
         if environment is None:
-            moment = Moment(self._pose(config))
+            moment = Moment(self._objects.pose(config))
             environment = self._rests[config] = self._judge.environment(moment)
         fingers = tuple(i for i, row in enumerate(hub) if row != LIFTED)
         rows = tuple(hub[i] for i in fingers)
@@ -178,11 +180,7 @@ class FeasibilityGraph:
     def _touching_down(self, config: int, hub: Placements) -> Iterator[int]:
         """Yield the nodes from a hub: the lifted finger at every free placement."""
         slot = hub.index(LIFTED)
-        geometry = self._judge.node(self._pose(config))
-        free = geometry.free[slot]
-        for other, row in enumerate(hub):
-            clear = self._judge.clear[slot][other]
-            if clear is not None:
-                free = free & clear[:, row]
+        geometry = self._judge.node(self._objects.pose(config))
+        free = geometry.free[slot] & beside(hub, self._judge.clear)
         for row in np.flatnonzero(free).tolist():
             yield self.node(config, self.sets.replaced(hub, slot, row))

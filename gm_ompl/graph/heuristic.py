@@ -6,11 +6,11 @@ from typing import Protocol, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array
 from gm_ompl.caches import Memo
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import LIFTED
+from gm_ompl.holds.goals import blocked_at_all
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.problem import Placements, Problem
 
 MOST_DISTANCES = 4_000_000
@@ -24,7 +24,7 @@ class Heuristic(Protocol):
         """Return the bound for a node; +inf where the goal cannot be reached.
 
         Args:
-            config: the lattice node of the object.
+            config: the object's node.
             placements: canonical; at most one finger LIFTED, which may still go anywhere.
         """
 
@@ -61,15 +61,15 @@ class TravelHeuristic:
     already there.
 
     Args:
-        problem: the problem.
-        judge: its judge.
+        judge: of the problem.
         goals: the goal's nodes; at least one.
     """
 
-    def __init__(self, problem: Problem, judge: Judge, goals: tuple[int, ...]) -> None:
+    def __init__(self, judge: Judge, goals: tuple[int, ...]) -> None:
+        problem = judge.problem
         self._problem, self._judge, self._goals = problem, judge, goals
         self._X_regr = problem.cost.regrasp
-        self._blocked = self._blocked_at_every_goal()
+        self._blocked = blocked_at_all(judge, goals)
         self._lists = [mask.tolist() for mask in self._blocked]
         self._goal_centres = self._centres_at_goals()
         numbers = len(problem.fingers.placements) * problem.fingers.count
@@ -96,23 +96,12 @@ class TravelHeuristic:
             for mask, row in zip(self._blocked, distances, strict=True)
         )
 
-    def _blocked_at_every_goal(self) -> tuple[BoolArray, ...]:
-        hand = self._problem.fingers
-        blocked = [np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count)]
-        for node in self._goals:
-            geometry = self._judge.node(
-                self._problem.motion.pose(self._problem.lattice.coordinates(node))
-            )
-            for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
-                mask &= ~free
-        return tuple(blocked)
-
     def _centres_at_goals(self) -> dict[float, Array] | None:
         """Return per radius the centres (goals, P, 3) in the world, None if too many."""
-        lattice, motion = self._problem.lattice, self._problem.motion
+        graph = self._problem.object_graph
         if len(self._goals) * len(self._problem.fingers.placements) > MOST_DISTANCES:
             return None
-        poses = [motion.pose(lattice.coordinates(node)) for node in self._goals]
+        poses = [graph.pose(node) for node in self._goals]
         return {
             radius: np.stack([pose.apply(self._judge.centres(i)) for pose in poses])
             for i, radius in enumerate(self._problem.fingers.radius.tolist())
@@ -124,7 +113,7 @@ class TravelHeuristic:
         if self._goal_centres is None:
             nowhere = [0.0] * len(self._problem.fingers.placements)
             return [nowhere for _ in radii]
-        pose = self._problem.motion.pose(self._problem.lattice.coordinates(config))
+        pose = self._problem.object_graph.pose(config)
         known: dict[float, list[float]] = {}
         for i, radius in enumerate(radii):
             if radius not in known:

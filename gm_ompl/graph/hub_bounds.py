@@ -15,11 +15,12 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.lane_bounds import SHORTER, LaneTables, refresh
-from gm_ompl.graph.sets import LIFTED, Clearances, Groups, placement_sets
-from gm_ompl.mechanics.cuts import CutTables
+from gm_ompl.graph.lane_bounds import SHORTER
+from gm_ompl.holds.bounds import relax
+from gm_ompl.holds.known import Known
+from gm_ompl.holds.sets import LIFTED, Clearances, Groups, placement_sets
+from gm_ompl.holds.tables import Tables
 from gm_ompl.problem import Placements, Problem
 
 MOST_HELD = 20_000_000
@@ -31,59 +32,33 @@ MOST = 2**62
 
 
 @compiled
-def bound_lanes(
-    sets: IntArray, lanes: LaneTables, cuts: CutTables, places: IntArray, known: Array,
-    costs: Array, d: Array,
-) -> None:  # fmt: skip
-    """Write the bounds of many lanes.
-
-    Args:
-        sets: (L, n), the lanes' placements.
-        lanes: the tables.
-        cuts: the cuts.
-        places: (L,), where a lane's decided margins stand in ``known``; 0 is all undecided.
-        known: (K, 2, N, P), decided margins.
-        costs: output (L, 2, N), see ``refresh``.
-        d: output (L, N + 1), see ``refresh``.
-    """
-    N, P = lanes.forward.shape
-    z = np.empty((2, N, P))
-    for i in range(sets.shape[0]):
-        refresh(sets[i], lanes, cuts, known[places[i]], z, costs[i], d[i])
-
-
-@compiled
 def lower_hubs(
-    sets: IntArray, ids: IntArray, lanes: LaneTables, costs: Array, d: Array, stable: BoolArray,
+    sets: IntArray, ids: IntArray, tables: Tables, costs: Array, d: Array, stable: BoolArray,
     V: Array,
 ) -> bool:  # fmt: skip
-    """Lower V (hubs, N + 1) by what each lane offers from its hubs; whether anything fell."""
+    """Lower V (hubs, V) by what each lane offers from its hubs; whether anything fell."""
     L, n = sets.shape
-    N = costs.shape[2]
-    onward, fell = np.empty(N + 1), False
+    onward, fell = np.empty(d.shape[1]), False
     for i in range(L):
-        for c in range(N + 1):
+        for c in range(len(onward)):
             onward[c] = np.inf
             for k in range(n):
                 if V[ids[i, k], c] < np.inf:
-                    onward[c] = min(onward[c], lanes.X_regr + V[ids[i, k], c])
+                    onward[c] = min(onward[c], tables.X_regr + V[ids[i, k], c])
             for k in range(n):
-                if not lanes.node_free[k, sets[i, k], c]:
+                if not tables.node_free[k, sets[i, k], c]:
                     onward[c] = np.inf
             onward[c] = min(onward[c], d[i, c])
-        for c in range(N - 1, -1, -1):
-            onward[c] = min(onward[c], onward[c + 1] + costs[i, 0, c])
-        for c in range(1, N + 1):
-            onward[c] = min(onward[c], onward[c - 1] + costs[i, 1, c - 1])
+        relax(onward, costs[i], tables)
         for k in range(n):
-            for c in range(N + 1):
+            for c in range(len(onward)):
                 if stable[ids[i, k], c] and onward[c] < V[ids[i, k], c] * SHORTER:
                     V[ids[i, k], c] = onward[c]
                     fell = True
     return fell
 
 
-def hub_bounds(problem: Problem, judge: Judge, tables: LaneTables) -> HubBounds | None:
+def hub_bounds(problem: Problem, judge: Judge, tables: Tables) -> HubBounds | None:
     """Return bounds of all hubs of a problem; None where there are too many to hold them."""
     hand, P = problem.fingers, len(problem.fingers.placements)
     most = MOST_HELD // len(tables.goal)
@@ -93,14 +68,14 @@ def hub_bounds(problem: Problem, judge: Judge, tables: LaneTables) -> HubBounds 
     return HubBounds(hubs, hand.groups(), P, tables)
 
 
-def swept_sets(problem: Problem, judge: Judge, tables: LaneTables) -> IntArray:
+def swept_sets(problem: Problem, judge: Judge, tables: Tables) -> IntArray:
     """Return all sets (L, n); none where they are too many to sweep."""
     hand, most = problem.fingers, MOST_HELD // len(tables.goal)
     sets = placement_sets(hand.groups(), _anywhere(tables), judge.clear, most)
     return np.empty((0, hand.count), dtype=np.int64) if sets is None else sets
 
 
-def _anywhere(tables: LaneTables) -> list[BoolArray]:
+def _anywhere(tables: Tables) -> list[BoolArray]:
     """Return per finger the placements (P,) that are free at some node."""
     return [row.any(axis=1) for row in tables.node_free]
 
@@ -139,7 +114,7 @@ class HubBounds:
         lanes: the tables.
 
     Attributes:
-        V: (hubs, N + 1), the bounds; at first those of geometry.
+        V: (hubs, V), the bounds; at first those of geometry.
     """
 
     def __init__(
@@ -147,7 +122,7 @@ class HubBounds:
         hubs: list[tuple[int, IntArray]],
         groups: Groups,
         placements: int,
-        lanes: LaneTables,
+        lanes: Tables,
     ) -> None:
         self._tables, self._groups, self._base = lanes, groups, placements + 1
         codes, bounds = [], []
@@ -164,7 +139,7 @@ class HubBounds:
         self._stable = np.ones(self.V.shape, dtype=bool)
 
     def _geometric(self, slot: int, sets: IntArray) -> Array:
-        """Return V (H, N + 1) as geometry alone bounds it, as ``hub_defaults`` does."""
+        """Return V (H, V) as geometry alone bounds it, as ``hub_defaults`` does."""
         lanes = self._tables
         V = np.tile(lanes.least, (len(sets), 1))
         for i, ahead in enumerate(lanes.ahead):
@@ -210,37 +185,17 @@ class HubBounds:
             code = code * self._base + (0 if row == LIFTED else row + 1)
         return self._index[code]
 
-    def sweep(
-        self,
-        sets: IntArray,
-        cuts: CutTables,
-        decided: dict[Placements, Array],
-        unstable: list[tuple[Placements, BoolArray]],
-    ) -> bool:
+    def sweep(self, sets: IntArray, known: Known) -> bool:
         """Renew all bounds; whether any rose.
 
         Args:
             sets: (L, n), all canonical sets.
-            cuts: the cuts.
-            decided: margins (2, N, P) of the lanes of which some are decided.
-            unstable: per hub of which something is known, where its rest does not hold (N + 1,).
+            known: what was decided of them, and of hubs.
         """
-        for hub, fails in unstable:
-            self._stable[self._number(hub)] &= ~fails
-        N, P = self._tables.forward.shape
-        known = np.full((1 + len(decided), 2, N, P), np.inf)
-        places = np.zeros(len(sets), dtype=np.int64)
+        for hub, stable in known.all_rests():
+            self._stable[self._number(hub)] &= stable != 0
         ids = self.ids(sets)
-        rows = {placements: i for i, placements in enumerate(map(tuple, sets.tolist()))}
-        for place, (placements, margins) in enumerate(decided.items(), start=1):
-            known[place] = margins
-            places[rows[placements]] = place
-        costs, d = np.empty((len(places), 2, N)), np.empty((len(places), N + 1))
-
-        def work(part: slice) -> None:
-            bound_lanes(sets[part], self._tables, cuts, places[part], known, costs[part], d[part])
-
-        share_out(work, len(places))
+        costs, d = known.bounds(sets)
         V = np.full_like(self.V, np.inf)
         while lower_hubs(sets, ids, self._tables, costs, d, self._stable, V):
             pass

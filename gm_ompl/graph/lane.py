@@ -6,37 +6,33 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import BoolArray
-from gm_ompl.graph.sets import LIFTED
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.problem import Placements
-
-BLOCKED = -1.0
-"""Stands for a margin that is known to fail."""
 
 
 @final
 class Lane:
-    """One set of placements along the whole path.
+    """One set of placements along all arcs.
 
     Attributes:
         placements: canonical.
         hubs: per slot, the hub where it is lifted.
         rows: (n,), the placements.
-        known: (2, N, P), decided margins forward and backward; +inf undecided, BLOCKED failed.
-        z: (2, N, P), upper bounds on the margins.
-        costs: (2, N), lower bounds on Eq. (9).
-        d: (N + 1,), lower bounds on the cost to the goal inside the lane.
+        known: (A, P), decided margins, as ``Known.margins`` has them.
+        z: (A, P), upper bounds on the margins.
+        costs: (A,), lower bounds on Eq. (9).
+        d: (V,), lower bounds on the cost to the goal inside the lane.
         version: of the cuts when the bounds were last renewed.
     """
 
     def __init__(
-        self, placements: Placements, hubs: tuple[Placements, ...], N: int, P: int
+        self, placements: Placements, hubs: tuple[Placements, ...], known: Array, nodes: int
     ) -> None:
-        self.placements, self.hubs = placements, hubs
+        self.placements, self.hubs, self.known = placements, hubs, known
         self.rows = np.array(placements, dtype=np.int64)
-        self.known = np.full((2, N, P), np.inf)
-        self.z = np.full((2, N, P), np.inf)
-        self.costs, self.d = np.empty((2, N)), np.empty(N + 1)
+        self.z = np.full(known.shape, np.inf)
+        self.costs, self.d = np.empty(len(known)), np.empty(nodes)
         self.version = -1
 
 
@@ -50,23 +46,22 @@ class Hub:
         rows: (n,), 0 at ``slot``.
         choices: where the lifted finger may go, clear of the others.
         number: (placements,), each choice's number; -1 elsewhere.
-        table: (choices, N + 1), lower bounds on the cost to the goal per choice and node.
+        table: (choices, V), lower bounds on the cost to the goal per choice and node.
         versions: (choices,), of the cuts when a choice's row was last renewed; -2 where the lane
             itself must be asked.
-        stable: (N + 1,), whether the rest holds the object: 1, 0, or -1 where undecided.
-        value: (N + 1,), lower bounds on the cost from the hub.
-        reached: (N + 1,), least cost at which it was reached.
+        stable: (V,), whether the rest holds the object, as ``Known.rests`` has it.
+        value: (V,), lower bounds on the cost from the hub.
+        reached: (V,), least cost at which it was reached.
     """
 
-    def __init__(self, placements: Placements, fits: BoolArray, nodes: int) -> None:
-        self.placements = placements
+    def __init__(self, placements: Placements, fits: BoolArray, stable: IntArray) -> None:
+        self.placements, self.stable = placements, stable
         self.slot = placements.index(LIFTED)
         self.rows = np.array(placements, dtype=np.int64)
         self.rows[self.slot] = 0
         self.choices = np.flatnonzero(fits)
         self.number = np.where(fits, np.cumsum(fits) - 1, -1)
-        self.table = np.empty((len(self.choices), nodes))
+        self.table = np.empty((len(self.choices), len(stable)))
         self.versions = np.full(len(self.choices), -1, dtype=np.int64)
-        self.stable = np.full(nodes, -1, dtype=np.int64)
-        self.value = np.empty(nodes)
-        self.reached = np.full(nodes, np.inf)
+        self.value = np.empty(len(stable))
+        self.reached = np.full(len(stable), np.inf)

@@ -8,22 +8,20 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.contact.decision import Outcome
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
-from gm_ompl.graph.lane import BLOCKED, Hub, Lane
-from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, refresh
-from gm_ompl.graph.lanes import ask_backward, lane_tables
-from gm_ompl.graph.sets import LIFTED, PlacementSets
-from gm_ompl.graph.watch import Stop, never
-from gm_ompl.motion.arc import Moment
+from gm_ompl.graph.lane import Hub, Lane
+from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
+from gm_ompl.graph.lanes import lane_table
+from gm_ompl.holds.bounds import refresh
+from gm_ompl.holds.known import FAILED, UNDECIDED, WORTH_A_THREAD, Known
+from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
+from gm_ompl.holds.tables import UNASKED
+from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
-
-WORTH_A_THREAD = 500
-"""Lanes whose keys take longer than it takes to start a thread."""
 
 SWEPT_PER_LANE = 0.03
 """Cost of a lane in a sweep, in units of treating one lane alone, and per segment: measured."""
@@ -32,9 +30,11 @@ SWEPT_PER_SEGMENT = 0.002
 
 @final
 class LaneGraph:
-    """All lanes and hubs of a problem of one coordinate, made on demand.
+    """All lanes and hubs of an object graph that is small enough to be explored at once.
 
     Attributes:
+        nodes: the object graph's nodes, in the order in which they are numbered here.
+        start: the number of the start's.
         tables: what all lanes share.
         sets: canonical sets of placements.
         bounds: of all hubs; None where they are too many.
@@ -47,11 +47,15 @@ class LaneGraph:
         self, problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop = never
     ) -> None:
         self._problem, self._judge, self._backend = problem, judge, backend
+        self.nodes, self._table = lane_table(judge, stop)
+        self.start = self.nodes.index(problem.object_graph.start)
+        self.tables, self._known = self._table.measured, Known(judge, self._table)
+        states = 1 + int(self.tables.states.max(initial=0))
+        backend.pool.reserve(states)
         self._fingers = tuple(range(problem.fingers.count))
         self._lanes: dict[Placements, Lane] = {}
         self._hubs: dict[Placements, Hub] = {}
         self._lanes_of: dict[Placements, list[Lane]] = {}
-        self.tables = lane_tables(problem, judge, backend, stop)
         self.sets = PlacementSets(problem.fingers.groups())
         self.bounds = hub_bounds(problem, judge, self.tables)
         self._hubs_risen = self._states_asked = 0
@@ -74,14 +78,15 @@ class LaneGraph:
 
     def coordinates(self, config: int) -> Coordinates:
         """Return the object's coordinates at a node."""
-        return self._problem.lattice.coordinates(config)
+        return self._problem.object_graph.coordinates(self.nodes[config])
 
     def lane(self, placements: Placements) -> Lane:
         """Return the lane of a canonical set, its bounds renewed."""
         lane = self._lanes.get(placements)
         if lane is None:
-            hubs = tuple(self.sets.replaced(placements, k, LIFTED) for k in self._fingers)
-            lane = Lane(placements, hubs, *self.tables.forward.shape)
+            hubs = self.sets.hubs(placements)
+            margins = self._known.margins(placements)
+            lane = Lane(placements, hubs, margins, len(self.nodes))
             self._lanes[placements] = lane
             for hub in hubs:
                 self._lanes_of.setdefault(hub, []).append(lane)
@@ -118,15 +123,11 @@ class LaneGraph:
         return hub
 
     def _new_hub(self, placements: Placements) -> Hub:
-        slot = placements.index(LIFTED)
-        fits = np.ones(len(self._problem.fingers.placements), dtype=bool)
-        for other, row in enumerate(placements):
-            pair = self._judge.clear[slot][other]
-            if pair is not None:
-                fits &= pair[:, row]
-        hub = Hub(placements, fits, self.tables.node_free.shape[2])
+        anywhere = np.ones(len(self._problem.fingers.placements), dtype=bool)
+        fits = anywhere & beside(placements, self._judge.clear)
+        hub = Hub(placements, fits, self._known.rests(placements))
         every, cuts = np.arange(len(hub.choices)), self._backend.pool.tables
-        hub_rows(hub.rows, slot, hub.choices, every, self.tables, cuts, hub.table)
+        hub_rows(hub.rows, hub.slot, hub.choices, every, self.tables, cuts, hub.table)
         hub.versions[:] = self._facts
         for lane in self._lanes_of.get(placements, ()):
             self._tell(hub, lane)
@@ -182,6 +183,7 @@ class LaneGraph:
         Returns:
             Its cost, the node to go to, and the hub to enter there (None: it is the goal).
         """
+        tables, travel = self.tables, np.empty(len(lane.d))
         shape = (len(lane.rows), len(lane.d))
         V, G = np.empty(shape), np.full(shape, np.inf)
         hubs = lane.hubs
@@ -195,7 +197,7 @@ class LaneGraph:
                 known = self._hubs.get(hub_set)
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
-            cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, self.tables.X_regr)
+            cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, tables, travel)
             if slot < 0:
                 return cost, node, None
             new = hubs[slot] not in self._hubs
@@ -207,7 +209,7 @@ class LaneGraph:
         """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
         keys, bounds = np.empty(len(sets)), self.bounds
         cuts = self._backend.pool.tables
-        ids, V = np.empty((0, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
+        ids, V = np.zeros((1, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
         if bounds is not None:
             V = bounds.V
 
@@ -224,21 +226,14 @@ class LaneGraph:
             self._swept = swept_sets(self._problem, self._judge, self.tables)
         if self.bounds is None or not len(self._swept):
             return math.inf
-        per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * 2 * self.tables.forward.size
+        per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * self.tables.states.size
         return len(self._swept) * per_lane
 
     def sweep(self) -> bool:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
         assert self.bounds is not None, "sweep_price is infinite"
         assert self._swept is not None, "sweep_price was not asked"
-        decided = {
-            placements: lane.known
-            for placements, lane in self._lanes.items()
-            if np.isfinite(lane.known).any()
-        }
-        unstable = [(hub.placements, hub.stable == 0) for hub in self._hubs.values()]
-        cuts = self._backend.pool.tables
-        gained = self.bounds.sweep(self._swept, cuts, decided, unstable)
+        gained = self.bounds.sweep(self._swept, self._known)
         for hub in self._hubs.values():
             self._revalue(hub)
         self._hubs_risen += 1
@@ -246,48 +241,44 @@ class LaneGraph:
 
     def judge_rest(self, hub: Hub, config: int) -> bool:
         """Decide whether the rest of the hand holds the object at a node."""
-        if hub.stable[config] < 0:
-            fingers = tuple(k for k in self._fingers if k != hub.slot)
-            rows = tuple(hub.placements[k] for k in fingers)
-            pose = self._problem.motion.pose(self.coordinates(config))
-            state, z_min = self._judge.environment(Moment(pose)), self._problem.mechanics.z_min
-            z = self._backend.decide(state, fingers, rows, z_min).z
-            hub.stable[config] = z >= z_min
+        if hub.stable[config] == UNDECIDED:
+            self._known.rest_holds(hub.placements, config)
             self._revalue(hub)
         return bool(hub.stable[config])
 
-    def judge_arcs(self, lane: Lane, tail: int, head: int) -> bool:
-        """Decide the lane's arcs from node ``tail`` to ``head``, least likely to hold first.
+    def way(self, lane: Lane, tail: int, head: int | None = None) -> tuple[int, ...]:
+        """Return the arcs of the cheapest way from a node of a lane to another, or to the goal."""
+        travel, via = np.empty(len(lane.d)), np.empty(len(lane.d), dtype=np.int64)
+        spread(tail, lane.costs, self.tables, travel, via)
+        if head is None:
+            head = int(np.argmin(np.where(lane.d == 0.0, travel, np.inf)))
+        arcs: list[int] = []
+        while head != tail:
+            arcs.append(int(via[head]))
+            head = int(self.tables.tail[arcs[-1]])
+        return tuple(reversed(arcs))
+
+    def judge_arcs(self, lane: Lane, way: tuple[int, ...]) -> bool:
+        """Decide the arcs of a way along a lane, least likely to hold first.
 
         Returns:
             Whether all hold; else the lane's bounds have changed.
         """
-        way = 0 if head >= tail else 1
-        span = slice(min(tail, head), max(tail, head))
-        states = (self.tables.forward, self.tables.backward)[way]
-        if way:
-            self._states_asked += ask_backward(self.tables, self._problem, self._judge, span)
-            self._backend.pool.reserve(1 + int(self.tables.backward.max()))
-        undecided = np.argwhere(np.isinf(lane.known[way, span]))
-        undecided[:, 0] += span.start
+        arcs, states = np.array(way, dtype=np.int64), self.tables.states
+        if (states[arcs] == UNASKED).any():
+            self._states_asked += sum(self._table.ask(a) > 0 for a in way)
+            self._backend.pool.reserve(1 + int(states.max()))
+        at, parts = np.nonzero(np.isinf(lane.known[arcs]))
         # Smallest bound first; among equals from the far end, where paths tend to fail.
-        nearness = undecided[:, 0] * (1 if way else -1)
-        bounds = lane.z[way, undecided[:, 0], undecided[:, 1]]
+        order = np.lexsort((-at, lane.z[arcs[at], parts]))
         holds = True
-        for k in np.lexsort((nearness, bounds)):
-            i, j = undecided[k]
-            if np.isinf(lane.known[way, i, j]) and not self._judge_state(lane, int(states[i, j])):
-                holds = False
-                break
+        for a, j in zip(arcs[at[order]].tolist(), parts[order].tolist(), strict=True):
+            if np.isinf(lane.known[a, j]):
+                state = int(states[a, j])
+                margin = self._known.decide(lane.placements, state)
+                lane.known[states == state] = margin
+                if margin == FAILED:
+                    holds = False
+                    break
         self.renewed(lane, force=True)
-        return holds
-
-    def _judge_state(self, lane: Lane, state: int) -> bool:
-        """Decide one contact state for a lane and write it to all its segments in that state."""
-        z_min = self._problem.mechanics.z_min
-        decision = self._backend.decide(state, self._fingers, lane.placements, z_min)
-        holds = decision.outcome is Outcome.STABLE and decision.z >= z_min
-        margin = decision.z / self._backend.scale if holds else BLOCKED
-        for way, states in enumerate((self.tables.forward, self.tables.backward)):
-            lane.known[way][states == state] = margin
         return holds

@@ -1,111 +1,84 @@
-"""The manipulation-feasibility graph of one degree of freedom, as lanes joined by hubs.
+"""All arcs of an object graph as one table: what the search over lanes goes by.
 
-With one coordinate a set of placements is a line of nodes, and the rest of its path is known. A
-hub (one finger lifted, the object at rest) joins the lanes that share the other placements.
+A set of placements along all of them is a lane. A hub (one finger lifted, the object at rest) joins
+the lanes that share the other placements.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.feasibility.judge import Judge, NodeGeometry
-from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.goals import GoalNodes
-from gm_ompl.graph.lane_bounds import UNASKED, LaneTables
-from gm_ompl.graph.watch import Stop, watched
-from gm_ompl.motion.arc import Arc
-from gm_ompl.problem import Problem
+from gm_ompl.arrays import IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.holds.tables import ArcTable, Frame
+from gm_ompl.holds.watch import Stop, watched
+from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
 
 
-def lane_tables(problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop) -> LaneTables:
-    """Return what all lanes of a problem of one coordinate share, geometry tested throughout.
+def lane_table(judge: Judge, stop: Stop) -> tuple[tuple[int, ...], ArcTable]:
+    """Return the graph's nodes in the order of the table's, and the table of all arcs.
+
+    Geometry is tested throughout. Contact states are found of arcs that lead towards the goal;
+    most searches hardly need those of the others.
 
     Raises:
         Stopped: ``stop`` said so.
     """
-    lattice, P = problem.lattice, problem.cost.samples_per_arc
-    nodes = [lattice.coordinates(c) for c in range(lattice.size)]
-    N = len(nodes) - 1
-    arcs = [problem.motion.arc(a, b) for a, b in itertools.pairwise(nodes)]
-    node_free = _masks(judge, [judge.node(problem.motion.pose(q)) for q in watched(nodes, stop)])
-    free = _masks(judge, [judge.along(arc) for arc in watched(arcs, stop)])
-    free &= node_free[:, :, :-1] & node_free[:, :, 1:]
-    lengths = _lengths(problem, judge, arcs)
-    goals = GoalNodes(problem)
-    goal = np.zeros(N + 1, dtype=bool)
-    goal[list(goals.nodes)] = True
-    forward = np.array(
-        [[judge.environment(moment) for moment in arc.middles(P)] for arc in watched(arcs, stop)],
-        dtype=np.int64,
-    ).reshape(N, P)
-    travel = lengths.sum(axis=3)
-    # Each arc by whatever placement is shortest there: a plan that regrasps again may change.
-    shortest = np.where(free, travel, np.inf).min(axis=1, keepdims=True, initial=np.inf)
-    least = _ahead(shortest, np.isfinite(shortest), goal)[:, 0].max(axis=0)
-    tables = LaneTables(
-        forward=forward,
-        backward=np.full((N, P), UNASKED),
-        lengths=lengths,
-        free=free,
-        node_free=node_free,
-        goal=goal,
-        wanted=np.array([-1 if g is None else g for g in problem.fingers.goal], dtype=np.int64),
-        ahead=_ahead(travel, free, goal),
-        least=least,
-        z_min=problem.mechanics.z_min / backend.scale,
-        X_stab=problem.cost.stability / backend.scale,
-        X_regr=float(problem.cost.regrasp),
-    )
-    backend.pool.reserve(1 + int(forward.max(initial=0)))
-    return tables
+    graph = judge.problem.object_graph
+    leaving = _explored(graph, stop)
+    nodes = tuple(sorted(leaving))
+    frame, nearer = _frame(graph, nodes, leaving)
+    table = ArcTable(judge, frame, stop)
+    for a in watched(nearer, stop):
+        table.ask(a)
+    return nodes, table
 
 
-def ask_backward(tables: LaneTables, problem: Problem, judge: Judge, span: slice) -> int:
-    """Find contact states of backward arcs, which most searches hardly need; return of how many."""
-    backward, P = tables.backward, problem.cost.samples_per_arc
-    unasked = [i for i in range(span.start, span.stop) if backward[i, 0] == UNASKED]
-    for i in unasked:
-        tail, head = problem.lattice.coordinates(i + 1), problem.lattice.coordinates(i)
-        arc = problem.motion.arc(tail, head)
-        backward[i] = [judge.environment(moment) for moment in arc.middles(P)]
-    return len(unasked)
+def _explored(graph: ObjectGraph, stop: Stop) -> dict[int, Sequence[GraphArc]]:
+    """Return the arcs leaving each node that the start leads to."""
+    waiting = [graph.start]
+    leaving: dict[int, Sequence[GraphArc]] = dict.fromkeys(waiting, ())
+    for node in watched(waiting, stop):
+        leaving[node] = graph.arcs_from(node)
+        new = [arc.head for arc in leaving[node] if arc.head not in leaving]
+        waiting += new
+        leaving |= dict.fromkeys(new, ())
+    return leaving
 
 
-def _masks(judge: Judge, places: Sequence[NodeGeometry]) -> BoolArray:
-    """Return (n, placements, len(places)): which fingertips are free at each place."""
-    n, rows = judge.problem.fingers.count, len(judge.problem.fingers.placements)
-    if not places or not n:
-        return np.zeros((n, rows, len(places)), dtype=bool)
-    return np.ascontiguousarray(np.stack([np.stack(p.free) for p in places], axis=2))
+def _frame(
+    graph: ObjectGraph, nodes: Sequence[int], leaving: Mapping[int, Sequence[GraphArc]]
+) -> tuple[Frame, list[int]]:
+    """Return all arcs, those to larger nodes first, and which of them lead nearer to the goal."""
+    number = {node: c for c, node in enumerate(nodes)}
+    found = [
+        (c, arc._replace(head=number[arc.head]))
+        for c, node in enumerate(nodes)
+        for arc in leaving[node]
+    ]
+    found.sort(key=lambda pair: (pair[1].head < pair[0], min(pair[0], pair[1].head)))
+    tail = np.array([c for c, _ in found], dtype=np.int64)
+    head = np.array([arc.head for _, arc in found], dtype=np.int64)
+    goal = np.array([graph.in_goal(node) for node in nodes])
+    hops = _hops(tail, head, goal)
+    nearer = np.flatnonzero(hops[head] < hops[tail])
+    row = bool((np.abs(head - tail) == 1).all())
+    if row:  # first what leads back, from the first node on, then what leads ahead, from the last
+        order = np.lexsort((np.where(head < tail, head, -tail), head > tail))
+    else:
+        order = np.argsort(hops[head], kind="stable")
+    arcs = [arc for _, arc in found]
+    poses = [graph.pose(node) for node in nodes]
+    return Frame(poses, tail, arcs, order, row, goal), nearer.tolist()
 
 
-def _lengths(problem: Problem, judge: Judge, arcs: Sequence[Arc]) -> Array:
-    """Return the chords (n, placements, N, P) of Eq. (9)."""
-    P, radii = problem.cost.samples_per_arc, problem.fingers.radius.tolist()
-    known: dict[float, Array] = {}
-    for i, radius in enumerate(radii):
-        if radius not in known:
-            centres = judge.centres(i)
-            each = [arc.chords(centres, P).T for arc in arcs]
-            known[radius] = np.stack(each, axis=1) if each else np.zeros((len(centres), 0, P))
-    return np.ascontiguousarray(np.stack([known[radius] for radius in radii]))
-
-
-def _ahead(travel: Array, free: BoolArray, goal: BoolArray) -> Array:
-    """Return (n, placements, N + 1): travel to the nearest goal node; +inf where blocked."""
-    n, rows, N = travel.shape
-    cost = np.where(free, travel, np.inf)
-    ahead = np.full((n, rows, N + 1), np.inf)
-    run = np.full((n, rows), np.inf)
-    for c in range(N, -1, -1):
-        run = np.zeros((n, rows)) if goal[c] else (run + cost[:, :, c] if c < N else run)
-        ahead[:, :, c] = run
-    run = np.full((n, rows), np.inf)
-    for c in range(N + 1):
-        run = np.zeros((n, rows)) if goal[c] else (run + cost[:, :, c - 1] if c else run)
-        ahead[:, :, c] = np.minimum(ahead[:, :, c], run)
-    return ahead
+def _hops(tail: IntArray, head: IntArray, goal: np.ndarray) -> IntArray:
+    """Return how many arcs each node is from the goal; a large number where there is no way."""
+    hops = np.where(goal, 0, len(goal))
+    while True:
+        before = hops.copy()
+        np.minimum.at(hops, tail, hops[head] + 1)
+        if (hops == before).all():
+            return hops

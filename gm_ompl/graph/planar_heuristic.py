@@ -10,9 +10,9 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import LIFTED
-from gm_ompl.graph.watch import Stop, never, watched
+from gm_ompl.holds.goals import blocked_at_all
+from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.watch import Stop, never, watched
 from gm_ompl.problem import Placements, Problem
 
 LEVELS = 64
@@ -39,8 +39,7 @@ class PlanarHeuristic:
     goal needs a regrasp.
 
     Args:
-        problem: the problem; its motion is planar.
-        judge: its judge.
+        judge: of the problem, whose motion is planar.
         goals: the goal's nodes; at least one.
         stop: asked now and then while the bound is made.
 
@@ -48,9 +47,8 @@ class PlanarHeuristic:
         Stopped: ``stop`` said so.
     """
 
-    def __init__(
-        self, problem: Problem, judge: Judge, goals: tuple[int, ...], stop: Stop = never
-    ) -> None:
+    def __init__(self, judge: Judge, goals: tuple[int, ...], stop: Stop = never) -> None:
+        problem = judge.problem
         hand, self._X_regr = problem.fingers, problem.cost.regrasp
         reach = [np.linalg.norm(judge.centres(i)[:, :2], axis=1) for i in range(hand.count)]
         count = max(1, min(LEVELS, MOST_NUMBERS // problem.lattice.size))
@@ -60,7 +58,7 @@ class PlanarHeuristic:
         ]
         self._level_lists = [level.tolist() for level in self._level]
         self._distance = _distances(problem, goals, levels, stop)
-        self._blocked = _blocked(problem, judge, goals)
+        self._blocked = blocked_at_all(judge, goals)
         self._blocked_lists = [mask.tolist() for mask in self._blocked]
 
     def estimate(self, config: int, placements: Placements) -> float:
@@ -154,17 +152,6 @@ def _object_free(problem: Problem, stop: Stop) -> BoolArray:
         scene.object_free(problem.motion.pose(lattice.coordinates(node)))
         for node in watched(range(lattice.size), stop)
     ])  # fmt: skip
-
-
-def _blocked(problem: Problem, judge: Judge, goals: tuple[int, ...]) -> tuple[BoolArray, ...]:
-    """Return per finger (P,) the placements that are blocked at every goal node."""
-    hand = problem.fingers
-    blocked = [np.ones(len(hand.placements), dtype=bool) for _ in range(hand.count)]
-    for node in goals:
-        geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(node)))
-        for mask, free in zip(blocked, restricted(geometry.free, hand.goal), strict=True):
-            mask &= ~free
-    return tuple(blocked)
 
 
 def suits(problem: Problem) -> bool:

@@ -1,4 +1,4 @@
-"""The lattice of object configurations that the graph of Sec. 4.2 stands on."""
+"""The lattice of object configurations that the graph of Sec. 4.2 stands on, and the goal there."""
 
 from __future__ import annotations
 
@@ -17,6 +17,33 @@ def between(start: Coordinates, end: Coordinates, fraction: float) -> Coordinate
     if fraction in (0.0, 1.0):
         return end if fraction else start
     return tuple(u + fraction * (v - u) for u, v in zip(start, end, strict=True))
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Where the object must end: a box in coordinates (a point where low = high).
+
+    Attributes:
+        low: least value per coordinate, or None where any value will do.
+        high: greatest value per coordinate, or None.
+        periods: per coordinate, its period, or None.
+    """
+
+    low: tuple[float | None, ...]
+    high: tuple[float | None, ...]
+    periods: tuple[float | None, ...]
+
+    def contains(self, q: Coordinates, tolerance: float = 1e-9) -> bool:
+        """Whether ``q`` lies in the goal, up to ``tolerance`` in each coordinate's unit."""
+        for value, low, high, period in zip(q, self.low, self.high, self.periods, strict=True):
+            if low is None or high is None:
+                continue
+            offset = value - low
+            if period is not None:
+                offset = (offset + tolerance) % period - tolerance
+            if not -tolerance <= offset <= high - low + tolerance:
+                return False
+        return True
 
 
 @dataclass(frozen=True, eq=False)

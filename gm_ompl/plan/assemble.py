@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan.arcs import arc_record
 from gm_ompl.plan.model import (
     FORMAT,
@@ -22,7 +21,7 @@ from gm_ompl.plan.model import (
     Status,
 )
 from gm_ompl.plan.record import PlanPart, PoseRecord
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 
 Part = TypeVar("Part", bound=PlanPart)
 
@@ -114,7 +113,7 @@ def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
         )
         for decision in move.segments
     )
-    arc = problem.motion.arc(move.start, move.end)
+    arc = move.arc
     return _made(
         DisplacementStep,
         kind="displacement",

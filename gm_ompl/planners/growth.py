@@ -6,12 +6,11 @@ import itertools
 from collections.abc import Sequence
 from typing import Final, final
 
-from gm_ompl.graph.extraction import PhysicalHand
-from gm_ompl.moves import Move
+from gm_ompl.holds.extraction import PhysicalHand, shared_hub
+from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.planners.trace import Trace, Vertex
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.sampling.explorer import Course
-from gm_ompl.sampling.extraction import shared_hub
 from gm_ompl.sampling.lane_store import LaneStore
 from gm_ompl.sampling.motions import HybridState
 from gm_ompl.sampling.stages import states_along
@@ -69,7 +68,7 @@ class Growth:
     """
 
     def __init__(self, problem: Problem, trace: Trace) -> None:
-        self._groups, self._vertices = problem.fingers.groups(), Vertices(trace)
+        self._sets, self._vertices = PlacementSets(problem.fingers.groups()), Vertices(trace)
         self._placements: dict[Tree, list[Placements]] = {}
 
     def grown(self, courses: Sequence[Course]) -> None:
@@ -85,13 +84,13 @@ class Growth:
     ) -> Placements:
         """Tell of one branch; return where its physical fingers are."""
         branch, root = tree.branches[number], START if tree.ahead else GOAL
-        vertices, placements = store.route.vertices, branch.lane
+        vertices, placements = store.route.way.coordinates, branch.lane
         parent = None
         if branch.parent != ROOT:
             before, at = tree.branches[branch.parent].lane, told[branch.parent]
             parent = self._vertices.known(root, HybridState(vertices[branch.enter], at))
-            hand = PhysicalHand(self._groups, at)
-            hand.move(*hand.regrasped(shared_hub(store, before, branch.lane), branch.lane))
+            hand = PhysicalHand(self._sets.groups, at)
+            hand.move(*hand.regrasped(shared_hub(self._sets, before, branch.lane), branch.lane))
             placements = hand.placements
         step = 1 if branch.reach >= branch.enter else -1
         for vertex in range(branch.enter, branch.reach + step, step):

@@ -10,10 +10,8 @@ from typing import ClassVar, Protocol, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import ordered_sets
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Move
+from gm_ompl.holds.goals import has_set
+from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.growth import Growth
 from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search
@@ -28,12 +26,11 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import tracer
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer
 from gm_ompl.sampling.first_plan import FirstPlan
 from gm_ompl.sampling.refine import Refinement
-from gm_ompl.sampling.tree import Stop
 
 
 class Search(Protocol):
@@ -187,23 +184,14 @@ def impossible(problem: Problem, judge: Judge) -> bool:
 
     A goal that is a region is not searched for proofs.
     """
-    if not _has_set(problem, judge, problem.start, problem.fingers.start):
+    pose = problem.motion.pose
+    if not has_set(judge, pose(problem.start), problem.fingers.start):
         return True
     low, high = problem.goal.low, problem.goal.high
     if None in low or low != high:
         return False
     goal = tuple(float(value or 0.0) for value in low)
-    return not _has_set(problem, judge, goal, problem.fingers.goal)
-
-
-def _has_set(problem: Problem, judge: Judge, q: Coordinates, given: tuple[int | None, ...]) -> bool:
-    geometry = judge.node(problem.motion.pose(q))
-    if not geometry.object_free:
-        return False
-    allowed = restricted(geometry.free, given)
-    keys = [np.zeros(len(mask)) for mask in allowed]
-    sets = ordered_sets(problem.fingers.groups(), allowed, keys, judge.clear)
-    return next(sets, None) is not None
+    return not has_set(judge, pose(goal), problem.fingers.goal)
 
 
 def refine(

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.graph.lane import Hub
+from gm_ompl.holds.extraction import Leg
 from gm_ompl.problem import Placements
-
-Leg: TypeAlias = tuple[Placements, int, int]
-"""A lane's placements, and the first and last node of the way along it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,12 +19,14 @@ class Entry:
         config: the node.
         g: cost of getting there, all judged.
         parent: the entry before the regrasp; None at the start.
+        way: the arcs along the parent's lane up to there.
     """
 
     placements: Placements
     config: int
     g: float
     parent: Entry | None
+    way: tuple[int, ...] = ()
 
 
 @dataclass(eq=False)
@@ -38,16 +37,24 @@ class Choices:
     config: int
     g: float
     parent: Entry
+    way: tuple[int, ...]
     keys: Array
     order: IntArray
     next: int = 0
 
 
-def legs(entry: Entry, last: int) -> list[Leg]:
-    """Return the way from the start along an entry's lane to node ``last``."""
-    way: list[Leg] = []
-    now: Entry | None = entry
-    while now is not None:
-        way.append((now.placements, now.config, last))
-        last, now = now.config, now.parent
-    return way[::-1]
+def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
+    """Return the arcs of a plan that follows an entry's lane along ``way``, and its legs.
+
+    A leg's places are counted in arcs from the start.
+    """
+    arcs, parts = way, [(entry.placements, len(way))]
+    while entry.parent is not None:
+        arcs = entry.way + arcs
+        parts.append((entry.parent.placements, len(entry.way)))
+        entry = entry.parent
+    found, at = list[Leg](), 0
+    for placements, count in reversed(parts):
+        found.append((placements, at, at + count))
+        at += count
+    return arcs, found

@@ -19,7 +19,8 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.planners.lane_entries import Choices, Entry, Leg, legs
+from gm_ompl.holds.extraction import Leg
+from gm_ompl.planners.lane_entries import Choices, Entry, legs
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -53,16 +54,15 @@ class LaneSearch:
         self,
         graph: LaneGraph,
         source: StartSets,
-        start: int,
         log: Log,
         trace: Trace | None = None,
     ) -> None:
-        self._graph, self._source, self._start = graph, source, start
+        self._graph, self._source = graph, source
         self._log, self._trace = log, trace
         self._open: list[tuple[float, int, Waiting]] = []
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
-        self._best: tuple[Entry, int] | None = None
+        self._best: tuple[Entry, tuple[int, ...]] | None = None
         self._stale, self._patience = 0.0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
@@ -122,7 +122,7 @@ class LaneSearch:
         """Treat the first start set, or renew the keys of several."""
         if self._source.is_ready():
             f, placements = self._source.take()
-            self._treat(f, Entry(placements, self._start, 0.0, None))
+            self._treat(f, Entry(placements, self._graph.start, 0.0, None))
         else:
             self._wasted(RENEWED * self._source.renew())
 
@@ -162,24 +162,20 @@ class LaneSearch:
 
     def _finish(self, lane: Lane, entry: Entry) -> None:
         """Judge the lane to the goal; a plan is found where it holds."""
-        head = self._goal_from(lane, entry.config)
-        if self._graph.judge_arcs(lane, entry.config, head):
+        way = self._graph.way(lane, entry.config)
+        if self._graph.judge_arcs(lane, way):
             total = entry.g + float(lane.d[entry.config])
             if total < self.cost:
-                self.cost, self._best = total, (entry, head)
+                self.cost, self._best = total, (entry, way)
         cost, _, _ = self._graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)
 
     def _enter(self, lane: Lane, entry: Entry, node: int, hub: Hub) -> None:
         """Judge the way to a hub and on, least likely first; the hub is reached where it holds."""
-        graph = self._graph
-        if (
-            graph.judge_rest(hub, node)
-            and self._goes_on(hub, node)
-            and graph.judge_arcs(lane, entry.config, node)
-        ):
-            through = graph.tables.X_regr + self._travel(lane, entry.config, node)
-            self._reach(hub, node, entry.g + through, entry)
+        graph, way = self._graph, self._graph.way(lane, entry.config, node)
+        if graph.judge_rest(hub, node) and self._goes_on(hub, node) and graph.judge_arcs(lane, way):
+            through = graph.tables.X_regr + math.fsum(lane.costs[list(way)])
+            self._reach(hub, node, entry.g + through, entry, way)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)
 
@@ -193,18 +189,18 @@ class LaneSearch:
             return True  # the bound is that of another regrasp: nothing to judge yet
         lane = graph.lane(graph.lane_of(hub, index))
         before = lane.d[node]
-        holds = graph.judge_arcs(lane, node, self._goal_from(lane, node))
+        holds = before < math.inf and graph.judge_arcs(lane, graph.way(lane, node))
         graph.learn(hub, index, lane)
         graph.refined(hub, node)
         return holds and lane.d[node] <= before + SAME * before
 
-    def _reach(self, hub: Hub, node: int, g: float, parent: Entry) -> None:
+    def _reach(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
         """Reach a hub at cost ``g``: all lanes through it wait to be entered."""
         if g >= hub.reached[node]:
             return
         hub.reached[node] = g
         keys = g + self._onward(hub, node)
-        choices = Choices(hub, node, g, parent, keys, np.argsort(keys, kind="stable"))
+        choices = Choices(hub, node, g, parent, way, keys, np.argsort(keys, kind="stable"))
         if len(keys):
             self._push(float(keys[choices.order[0]]), choices)
 
@@ -230,30 +226,14 @@ class LaneSearch:
         back = choices.parent.placements == placements
         if not back and choices.g < self._entered.get(key, math.inf):
             self._entered[key] = choices.g
-            self._push(f, Entry(placements, choices.config, choices.g, choices.parent))
+            self._push(f, Entry(placements, choices.config, choices.g, choices.parent, choices.way))
         choices.next += 1
         if choices.next < len(choices.order):
             self._push(float(choices.keys[choices.order[choices.next]]), choices)
 
-    def _goal_from(self, lane: Lane, config: int) -> int:
-        """Return the goal node that the lane's bound ``d`` at a node leads to."""
-        goal, N = self._graph.tables.goal, len(lane.d) - 1
-        ahead = next((c for c in range(config, N + 1) if goal[c]), None)
-        behind = next((c for c in range(config, -1, -1) if goal[c]), None)
-        if ahead is None or behind is None:
-            return ahead if behind is None else behind  # type: ignore[return-value]
-        nearer = self._travel(lane, config, ahead) <= self._travel(lane, config, behind)
-        return ahead if nearer else behind
-
-    @staticmethod
-    def _travel(lane: Lane, tail: int, head: int) -> float:
-        if head >= tail:
-            return math.fsum(lane.costs[0, tail:head])
-        return math.fsum(lane.costs[1, head:tail])
-
-    def path(self) -> list[Leg]:
-        """Return the best plan: per lane its placements, first and last node."""
-        return [] if self._best is None else legs(*self._best)
+    def path(self) -> tuple[tuple[int, ...], list[Leg]]:
+        """Return the best plan's arcs, and its legs along them; both empty without one."""
+        return ((), []) if self._best is None else legs(*self._best)
 
     def _event(self) -> None:
         self._log.event(self.cost, self.bound, self.expanded, len(self._open))

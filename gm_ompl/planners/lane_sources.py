@@ -13,9 +13,9 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import restricted
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.graph.sets import ordered_sets, placement_sets
+from gm_ompl.holds.goals import restricted
+from gm_ompl.holds.sets import ordered_sets, placement_sets
 from gm_ompl.problem import Placements, Problem
 
 MOST_SETS: Final = 2_000_000
@@ -176,10 +176,10 @@ class StartSets:
         merge(keys, rows, version, behind, self._keys, self._rows, self._versions)
 
 
-def start_sets(problem: Problem, judge: Judge, graph: LaneGraph, start: int) -> StartSets:
+def start_sets(problem: Problem, judge: Judge, graph: LaneGraph) -> StartSets:
     """Return the source of all valid sets at the start node."""
-    tables = graph.tables
-    geometry = judge.node(problem.motion.pose(problem.lattice.coordinates(start)))
+    tables, start = graph.tables, graph.start
+    geometry = judge.node(problem.object_graph.pose(problem.object_graph.start))
     allowed = restricted(geometry.free, problem.fingers.start)
     groups = problem.fingers.groups()
     onward = tables.X_regr + tables.least[start]

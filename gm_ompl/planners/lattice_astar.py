@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeAlias, final
 
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.extraction import extract_moves
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
-from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.graph.sets import LIFTED
-from gm_ompl.graph.watch import Stop, Stopped
-from gm_ompl.moves import Move
+from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.watch import Stop, Stopped
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -35,14 +34,14 @@ from gm_ompl.planners.planner import (
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.planners.undecided import bounded
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Problem
 
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
     """Whether the search over lanes applies: one coordinate, and a back end that leaves cuts."""
     return (
         problem.motion.dimension == 1
-        and problem.lattice.periods[0] is None
+        and problem.motion.periods[0] is None
         and problem.fingers.count > 0
         and isinstance(judge.backend, KernelBackend)
     )
@@ -55,50 +54,34 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         InputError: the start or the goal is off the lattice.
     """
     log = Log(budget.start(), judge, report)
-    start, backend = start_node(problem), judge.backend
+    backend = judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
         graph = LaneGraph(problem, judge, backend, log.meter.spent)
-        source = start_sets(problem, judge, graph, start)
+        source = start_sets(problem, judge, graph)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
         return without_search(Status.BUDGET, 0.0, log.meter)
 
-    search = LaneSearch(graph, source, start, log, tracer(report))
+    search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    moves = _moves(problem, judge, search.path())
+    moves = _moves(judge, graph, *search.path())
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
 
 def _moves(
-    problem: Problem, judge: Judge, legs: list[tuple[Placements, int, int]]
+    judge: Judge, graph: LaneGraph, arcs: Sequence[int], legs: Sequence[Leg]
 ) -> tuple[Move, ...]:
-    """Return the moves of a plan given as legs: (placements, first node, last node)."""
-    if not legs:
-        return ()
-    graph = FeasibilityGraph(problem, judge, GoalNodes(problem), NoHeuristic(problem))
-    nodes: list[int] = []
-    for k, (placements, first, last) in enumerate(legs):
-        if k:
-            nodes.append(graph.node(first, _hub(graph, legs[k - 1][0], placements)))
-        step = 1 if last >= first else -1
-        nodes.extend(graph.node(c, placements) for c in range(first, last + step, step))
-    return extract_moves(problem, graph, nodes)
+    """Return the moves of a plan whose arcs and legs are those of lanes."""
+    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+    way = judge.problem.object_graph.way([graph.nodes[c] for c in nodes])
+    return moves_of(judge, way, legs)
 
 
-def _hub(graph: FeasibilityGraph, before: Placements, after: Placements) -> Placements:
-    """Return the hub that two sets share."""
-    sets = graph.sets
-    lifted = {sets.replaced(before, k, LIFTED) for k in range(len(before))}
-    return next(
-        hub for hub in (sets.replaced(after, k, LIFTED) for k in range(len(after))) if hub in lifted
-    )
-
-
-MakeHeuristic: TypeAlias = Callable[[Problem, Judge, tuple[int, ...], Stop], Heuristic]
-"""From problem, judge, the goal's valid lattice nodes (at least one) and what may break it off."""
+MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
+"""From judge, the goal's valid nodes (at least one) and what may break it off."""
 
 
 def solve_on_lattice(
@@ -110,16 +93,14 @@ def solve_on_lattice(
         InputError: the start or the goal is off the lattice.
     """
     log = Log(budget.start(), judge, report)
-    start_node(problem)
-    goals = GoalNodes(problem)
+    objects = problem.object_graph
     try:
-        valid = goals.reachable(problem, judge, log.meter.spent)
-        if not valid:
+        valid = valid_goals(judge, log.meter.spent)
+        if valid == ():
             # No set of placements fits the goal: nothing to search.
             return without_search(Status.INFEASIBLE, math.inf, log.meter)
-        graph = FeasibilityGraph(
-            problem, judge, goals, heuristic(problem, judge, valid, log.meter.spent)
-        )
+        bound = heuristic(judge, valid, log.meter.spent) if valid else NoHeuristic(problem)
+        graph = FeasibilityGraph(judge, bound)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except Stopped:
@@ -127,7 +108,8 @@ def solve_on_lattice(
 
     told = _told(problem, graph, tracer(report))
     found = BestFirstSearch(graph, log, told).run()
-    moves = extract_moves(problem, graph, found.path) if found.path else ()
+    nodes, legs = graph.legs(found.path)
+    moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
     statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 
@@ -139,7 +121,7 @@ def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Tol
 
     def tell(node: int, cost: float, bound: float, again: bool) -> None:
         config, placements = graph.parts(node)
-        q = problem.lattice.coordinates(config)
+        q = problem.object_graph.coordinates(config)
         why = "hub" if LIFTED in placements else "set of placements"
         trace(Expansion(q, placements, cost, bound, f"{why}, again" if again else why))
 
@@ -195,18 +177,16 @@ class Dijkstra(LatticePlanner):
 
 
 def _no_heuristic(
-    problem: Problem,
-    judge: Judge,  # noqa: ARG001
+    judge: Judge,
     goals: tuple[int, ...],  # noqa: ARG001
     stop: Stop,  # noqa: ARG001
 ) -> Heuristic:
-    return NoHeuristic(problem)
+    return NoHeuristic(judge.problem)
 
 
 def _travel(
-    problem: Problem,
     judge: Judge,
     goals: tuple[int, ...],
     stop: Stop,  # noqa: ARG001
 ) -> Heuristic:
-    return TravelHeuristic(problem, judge, goals)
+    return TravelHeuristic(judge, goals)

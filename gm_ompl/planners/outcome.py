@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any, final
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
 from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status, silent
+from gm_ompl.problem import Move
 
 PROVEN = 1e-6
 """A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""

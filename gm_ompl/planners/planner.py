@@ -15,9 +15,8 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
 from gm_ompl.planners.parameters import Parameter, checked
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 
 MEMORY_CHECK_EVERY = 256
 """Calls of ``Meter.spent`` between two readings of the process's memory: a reading costs 10 us."""

@@ -20,6 +20,8 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.cores import cores
 from gm_ompl.graph import hub_bounds, lane_bounds
+from gm_ompl.holds import bounds
+from gm_ompl.holds.tables import Tables
 from gm_ompl.mechanics import (
     certificate,
     internal_force,
@@ -37,7 +39,6 @@ from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
 from gm_ompl.planners import lane_sources
 from gm_ompl.problem import Problem
-from gm_ompl.sampling import screening
 
 # A unit weight on one contact, and one finger of three columns pressing down.
 ENV: Final = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
@@ -135,14 +136,28 @@ def edges() -> None:
     modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
 
 
-def _lane_tables(pool: CutPool) -> tuple[lane_bounds.LaneTables, CutTables]:
-    """Return what one finger at two placements and two nodes needs; no cuts."""
+def _tables(pool: CutPool) -> tuple[Tables, CutTables]:
+    """Return what one finger at two placements, two nodes and an arc need; no cuts."""
     pool.reserve(1)
     yes, none = np.ones((1, 2, 1), dtype=np.bool_), np.zeros((1, 1), dtype=np.int64)
-    tables = lane_bounds.LaneTables(
-        none, none, np.ones((1, 2, 1, 1)), yes, np.ones((1, 2, 2), dtype=np.bool_),
-        np.ones(2, dtype=np.bool_), none[0] - 1, np.zeros((1, 2, 2)), np.zeros(2), 0.0, 0.0, 0.0,
-    )  # fmt: skip
+    tables = Tables(
+        tail=none[0],
+        head=none[0] + 1,
+        like=none[0],
+        order=none[0],
+        one_pass=True,
+        states=none,
+        free=yes,
+        lengths=np.ones((1, 2, 1, 1)),
+        node_free=np.ones((1, 2, 2), dtype=np.bool_),
+        goal=np.ones(2, dtype=np.bool_),
+        wanted=none[0] - 1,
+        ahead=np.zeros((1, 2, 2)),
+        least=np.zeros(2),
+        z_min=0.0,
+        X_stab=0.0,
+        X_regr=0.0,
+    )
     return tables, pool.tables
 
 
@@ -151,13 +166,13 @@ def lanes() -> None:
     pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
     pool.add(0, LOAD, LOAD)
     pool.bound(0, rows)
-    tables, cuts = _lane_tables(pool)
-    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
-    d, V = np.ones(2), np.ones((1, 2))
-    lane_bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
+    tables, cuts = _tables(pool)
+    none, z, costs, d, V = rows[None], np.ones((1, 1)), np.ones(1), np.ones(2), np.ones((1, 2))
+    bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
     lane_bounds.lane_keys(none, none, V, 0, tables, cuts, np.empty(1))
     lane_bounds.hub_defaults(rows, tables, V)
-    lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), 0.0)
+    lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), tables, d.copy())
+    lane_bounds.spread(0, costs, tables, d.copy(), np.zeros(2, dtype=np.int64))
     lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
     lane_sources.merge(d[:0], none[:0], 0, 0, d, none, rows)
 
@@ -165,15 +180,11 @@ def lanes() -> None:
 def hubs_and_routes() -> None:
     """Compile what hubs and random routes need."""
     pool, rows = CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS), np.zeros(1, np.int64)
-    tables, cuts = _lane_tables(pool)
-    none, z, costs = rows[None], np.ones((2, 1, 1)), np.ones((2, 1))
-    d, V, stable = np.ones((1, 2)), np.ones((1, 2)), np.ones((1, 2), dtype=np.bool_)
-    hub_bounds.bound_lanes(none, tables, cuts, rows, z[None], costs[None], d)
-    hub_bounds.lower_hubs(none, none, tables, costs[None], d, stable, V)
-    route = screening.RouteTables(none, tables.free, 0.0)
-    screening.reaches(none, 0, 0, route, cuts, rows)
-    screening.reaches_back(none, 0, 0, route, cuts, rows)
-    screening.stride_costs(none, z[:1], np.ones((1, 2, 1, 1)), 0.0, route, cuts, costs)
+    tables, cuts = _tables(pool)
+    none, costs, d, V = rows[None], np.ones((1, 1)), np.ones((1, 2)), np.ones((1, 2))
+    bounds.refresh_many(none, tables, cuts, rows, np.ones((1, 1, 1)), costs, d)
+    hub_bounds.lower_hubs(none, none, tables, costs, d, np.ones((1, 2), dtype=np.bool_), V)
+    bounds.reaches(none, 0, 0, tables, cuts, rows)
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from gm_ompl.moves import Move, Regrasp
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem, Regrasp
 
 LEAST: Final = 1e-9
 """The least price, in diagonals of the object: far above rounding, and hundreds of regrasps are

@@ -20,11 +20,10 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
-from gm_ompl.graph.cost import displacement_cost
+from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.arc import Moment
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 
 LEAST, AIM = 8e-7, 5e-7
 """By how much z may stay below the best, relatively, and what the cuts ask for. A check that
@@ -77,14 +76,14 @@ def _decisions(
     problem: Problem, moves: Sequence[Move]
 ) -> Iterator[tuple[Moment, tuple[int, ...], Placements, ModeDecision]]:
     """Yield (instant, fingers, their placements, decision) along the plan."""
-    everyone, motion = tuple(range(problem.fingers.count)), problem.motion
+    everyone = tuple(range(problem.fingers.count))
     for move in moves:
         if isinstance(move, Regrasp):
             others = tuple(i for i in everyone if i != move.finger)
             rows = tuple(move.placements[i] for i in others)
-            yield motion.moment(move.at), others, rows, move.rest
+            yield Moment(move.pose), others, rows, move.rest
             continue
-        middles = motion.arc(move.start, move.end).middles(len(move.segments))
+        middles = move.arc.middles(len(move.segments))
         for moment, decision in zip(middles, move.segments, strict=True):
             yield moment, everyone, move.placements, decision
 
@@ -187,6 +186,5 @@ def _lengths(problem: Problem, move: Displacement) -> list[list[float]]:
     P, table = len(move.segments), problem.fingers.placements
     rows = np.asarray(move.placements, dtype=np.int64)
     centres = table.points[rows] - problem.fingers.radius[:, None] * table.normals[rows]
-    arc = problem.motion.arc(move.start, move.end)
-    lengths: list[list[float]] = arc.chords(centres, P).T.tolist()
+    lengths: list[list[float]] = move.arc.chords(centres, P).T.tolist()
     return lengths

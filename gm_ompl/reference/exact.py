@@ -72,7 +72,7 @@ def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
     """
-    columns = _columns(model, limits, force)
+    columns = _columns(model, limits.tolist(), force)
     tableau = _Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1))
     if tableau.solve([-value for value in columns[0]]) is not None:
         return True

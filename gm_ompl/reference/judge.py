@@ -18,9 +18,8 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.motion.object_graph import GraphArc, Way
+from gm_ompl.problem import Displacement, Placements, Problem, Regrasp
 from gm_ompl.reference.modes import Modes, decide_modes
 from gm_ompl.reference.swept import SweptJudge
 
@@ -131,26 +130,32 @@ class ReferenceJudge:
             self._contacts[moment.key] = contacts_at(moment, body, environment)
         return self._contacts[moment.key]
 
-    def displacement(
-        self, start: Coordinates, end: Coordinates, placements: Placements, segments: int
-    ) -> Displacement | None:
-        """Return the arc from ``start`` to ``end``, judged in equal segments, or None.
+    def decisions_along(
+        self, arc: GraphArc, placements: Placements
+    ) -> tuple[ModeDecision, ...] | None:
+        """Return the decisions of an arc's segments; None where it fails.
 
         It is swept, and each segment judged at its midpoint; that fingertips are clear of each
         other and of the object is said by the end nodes' validity, which is not part of the arc.
         """
-        arc = self.problem.motion.arc(start, end)
         decisions: list[ModeDecision] = []
-        for moment in arc.middles(segments):
+        for moment in arc.middles():
             prefer = decisions[-1].modes if decisions else None
             verdict = self.segment(moment, placements, prefer)
             if verdict.finding is not Finding.HOLDS or verdict.decision is None:
                 return None
             decisions.append(verdict.decision)
-        if not self.arc_free(arc, placements):
+        return tuple(decisions) if self.arc_free(arc.arc, placements) else None
+
+    def displacement(self, way: Way, k: int, placements: Placements) -> Displacement | None:
+        """Return arc ``k`` of a way as a move, or None where it fails."""
+        arc = way.arcs[k]
+        decisions = self.decisions_along(arc, placements)
+        if decisions is None:
             return None
-        cost = self.displacement_cost(arc, placements, [d.z for d in decisions])
-        return Displacement(start, end, placements, tuple(decisions), cost)
+        cost = self.displacement_cost(arc.arc, placements, [d.z for d in decisions])
+        ends = way.coordinates[k], way.coordinates[k + 1]
+        return Displacement(arc.arc, *ends, placements, decisions, cost)
 
     def displacement_cost(self, arc: Arc, placements: Placements, z: Sequence[float]) -> float:
         """Return Eq. (9) for an arc whose equal segments have the margins ``z``."""
@@ -161,17 +166,19 @@ class ReferenceJudge:
         return max((float(np.dot(weights, travel)) for travel in travels), default=0.0)
 
     def regrasp(
-        self, q: Coordinates, placements: Placements, finger: int, target: int
+        self, way: Way, k: int, placements: Placements, finger: int, target: int
     ) -> Regrasp | None:
-        """Return the arc on which ``finger`` goes to ``target``, or None.
+        """Return the arc on which ``finger`` goes to ``target`` at place ``k`` of a way, or None.
 
         The head's validity is not part of the arc.
         """
-        verdict = self.rest(self.problem.motion.pose(q), placements, finger)
+        pose = way.poses[k]
+        verdict = self.rest(pose, placements, finger)
         if verdict.finding is not Finding.HOLDS or verdict.decision is None:
             return None
         cost = self.problem.cost.regrasp
-        return Regrasp(q, finger, target, placements, verdict.decision, cost)
+        at = way.coordinates[k]
+        return Regrasp(pose, at, finger, target, placements, verdict.decision, cost)
 
     def _verdict(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements,

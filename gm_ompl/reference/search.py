@@ -14,11 +14,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.reference.judge import Decide, Finding, ReferenceJudge
 from gm_ompl.reference.modes import decide_modes
 
@@ -97,26 +94,20 @@ class Graph:
 
     def __init__(self, problem: Problem, judge: ReferenceJudge) -> None:
         self._problem, self._judge = problem, judge
-        self._lattice = problem.lattice
+        self._objects = problem.object_graph
         self._groups = problem.fingers.groups()
         self._arcs = 0
 
     def starts(self) -> Iterator[Node]:
-        """Yield the nodes that the virtual start node leads to.
-
-        Raises:
-            InputError: the start is not a lattice node.
-        """
-        at = self._lattice.find(self._problem.start)
-        if at is None:
-            raise InputError(f"start {self._problem.start} is not a node of the lattice")
+        """Yield the nodes that the virtual start node leads to."""
+        at = self._objects.start
         for placements in self._placement_sets(self._problem.fingers.start):
             if self._valid((at, placements)):
                 yield at, placements
 
     def is_goal(self, node: Node) -> bool:
         """Whether an arc leads from ``node`` to the virtual goal node."""
-        if not self._problem.goal.contains(self._lattice.coordinates(node[0])):
+        if not self._objects.in_goal(node[0]):
             return False
         wanted = self._problem.fingers.goal
         return all(g is None or g == p for g, p in zip(wanted, node[1], strict=True))
@@ -130,19 +121,20 @@ class Graph:
     def moves(self, path: list[Node]) -> tuple[Move, ...]:
         """Turn a path into moves: fingers keep their identity and coordinates are unwrapped."""
         placements = path[0][1]
-        at = self._problem.start
+        nodes = [path[0][0], *(b[0] for a, b in itertools.pairwise(path) if a[0] != b[0])]
+        way, k = self._objects.way(nodes), 0
         moves: list[Move] = []
         for tail, head in itertools.pairwise(path):
+            move: Move | None
             if tail[0] != head[0]:
-                arc = self._displacement(tail[0], head[0], at, placements)
-                moves.append(arc)
-                at = arc.end
-                continue
-            finger, target = self._moved(tail[1], head[1], placements)
-            regrasp = self._judge.regrasp(at, placements, finger, target)
-            assert regrasp is not None, "an arc of the path is infeasible when judged again"
-            moves.append(regrasp)
-            placements = _replaced(placements, finger, target)
+                move = self._judge.displacement(way, k, placements)
+                k += 1
+            else:
+                finger, target = self._moved(tail[1], head[1], placements)
+                move = self._judge.regrasp(way, k, placements, finger, target)
+                placements = _replaced(placements, finger, target)
+            assert move is not None, "an arc of the path is infeasible when judged again"
+            moves.append(move)
         return tuple(moves)
 
     def result(
@@ -152,15 +144,15 @@ class Graph:
         return PlainResult(status, cost, moves, expanded, self._arcs, self._judge.decisions)
 
     def _displacements(self, node: Node) -> Iterator[tuple[Node, float]]:
-        start = self._lattice.coordinates(node[0])
-        for neighbour, end in self._lattice.neighbours(node[0]):
+        for arc in self._objects.arcs_from(node[0]):
             self._arcs += 1
-            head = (neighbour, node[1])
+            head = (arc.head, node[1])
             if not self._valid(head):
                 continue
-            arc = self._judge.displacement(start, end, node[1], self._problem.cost.samples_per_arc)
-            if arc is not None:
-                yield head, arc.cost
+            decisions = self._judge.decisions_along(arc, node[1])
+            if decisions is not None:
+                z = [decision.z for decision in decisions]
+                yield head, self._judge.displacement_cost(arc.arc, node[1], z)
 
     def _regrasps(self, node: Node, finger: int) -> Iterator[tuple[Node, float]]:
         at, placements = node
@@ -177,7 +169,7 @@ class Graph:
         return self._judge.node_valid(self._pose(node[0]), node[1])
 
     def _pose(self, at: int) -> Pose:
-        return self._problem.motion.pose(self._lattice.coordinates(at))
+        return self._objects.pose(at)
 
     def _placement_sets(self, given: tuple[int | None, ...]) -> Iterator[Placements]:
         """Yield every unordered choice of placements with the given ones in place."""
@@ -200,25 +192,6 @@ class Graph:
             for finger, p in zip(group, sorted(placements[i] for i in group), strict=True):
                 ordered[finger] = p
         return tuple(ordered)
-
-    def _displacement(
-        self, tail: int, head: int, at: Coordinates, placements: Placements
-    ) -> Displacement:
-        """Return the cheapest arc between two neighbours, starting at unwrapped ``at``."""
-        here = self._lattice.coordinates(tail)
-        turns = [
-            0.0 if period is None else period * round((a - h) / period)
-            for a, h, period in zip(at, here, self._lattice.periods, strict=True)
-        ]
-        ends = [end for other, end in self._lattice.neighbours(tail) if other == head]
-        arcs = [
-            self._judge.displacement(
-                at, tuple(e + t for e, t in zip(end, turns, strict=True)), placements,
-                self._problem.cost.samples_per_arc,
-            )
-            for end in ends
-        ]  # fmt: skip
-        return min((arc for arc in arcs if arc is not None), key=lambda arc: arc.cost)
 
     def _moved(self, tail: Placements, head: Placements, physical: Placements) -> tuple[int, int]:
         """Return the physical finger that a regrasping arc moves, and where to."""

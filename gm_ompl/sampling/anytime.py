@@ -10,13 +10,13 @@ from typing import final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
+from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.watch import Stop
+from gm_ompl.problem import Move
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
-from gm_ompl.sampling.extraction import moves_of
 from gm_ompl.sampling.improver import Improver, ImproverSettings
 from gm_ompl.sampling.refine import Refinement
-from gm_ompl.sampling.tree import Leg, Stop
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Anytime:
         return found is not None and self._accept(*found)
 
     def _accept(self, course: Course, legs: list[Leg]) -> bool:
-        moves = moves_of(self._judge, course.store, legs)
+        moves = moves_of(self._judge, course.store.route.way, legs)
         cost = math.fsum(move.cost for move in moves)
         if course not in self._improvers:
             self._add(course)

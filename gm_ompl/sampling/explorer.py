@@ -8,12 +8,14 @@ from typing import final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.sets import PlacementSets
+from gm_ompl.holds.watch import Stop
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_store import LaneStore
 from gm_ompl.sampling.route_maker import RouteMaker
 from gm_ompl.sampling.routes import Route
-from gm_ompl.sampling.tree import Leg, Stop, Tree, TreeSettings, join, merged
+from gm_ompl.sampling.tree import Tree, TreeSettings, join
 
 
 @dataclass(frozen=True)

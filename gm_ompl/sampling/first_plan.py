@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import final
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
+from gm_ompl.holds.extraction import moves_of
+from gm_ompl.holds.watch import Stop
+from gm_ompl.problem import Move
 from gm_ompl.sampling.explorer import Course, Explorer
-from gm_ompl.sampling.extraction import moves_of
-from gm_ompl.sampling.tree import Stop
 
 
 @final
@@ -46,6 +46,6 @@ class FirstPlan:
         if found is None:
             return False
         course, legs = found
-        moves = moves_of(self._judge, course.store, legs)
+        moves = moves_of(self._judge, course.store.route.way, legs)
         self.cost, self.moves = math.fsum(move.cost for move in moves), moves
         return True

@@ -16,11 +16,12 @@ import numpy as np
 
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.holds.extraction import Leg
+from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import CHEAPER, LaneSample
 from gm_ompl.sampling.lane_store import LaneStore, as_sets
-from gm_ompl.sampling.tree import Leg, Stop
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.lane_store import LaneStore
-from gm_ompl.sampling.tree import Leg, Stop, merged
 
 CHEAPER: Final = 1.0 - 1e-9
 """A plan is better only by this factor: sums in another order are no improvement."""
@@ -51,18 +52,9 @@ class LaneSample:
         self._hub_numbers: dict[Placements, int] = {}
         self._hub_sets: list[Placements] = []
         self._unstable: BoolArray = np.zeros((0, self._K + 1), dtype=bool)
-        self._renewed_at = store.version
-        self.least = self._least()
+        self._renewed_at = store.known.version
+        self.least = store.route.table.measured.least
         self.best = math.inf
-
-    def _least(self) -> Array:
-        """Return (K + 1,): the sum over strides of the least travel of the slowest finger."""
-        route = self.store.route
-        if not self._K:
-            return np.zeros(1)
-        travel = np.where(route.free, route.lengths.sum(axis=3), np.inf)
-        stride = travel.min(axis=1, initial=np.inf).max(axis=0, initial=0.0)
-        return np.concatenate([np.cumsum(stride[::-1])[::-1], [0.0]])
 
     def __len__(self) -> int:
         return len(self.sets)
@@ -101,9 +93,9 @@ class LaneSample:
         self._members = {tuple(row) for row in self.sets.tolist()}
 
     def _renew(self) -> None:
-        if self.store.version - self._renewed_at >= RENEW:
+        if self.store.known.version - self._renewed_at >= RENEW:
             self._costs = self.store.costs(self.sets)
-            self._renewed_at = self.store.version
+            self._renewed_at = self.store.known.version
 
     def _valid(self, sets: IntArray) -> BoolArray:
         """Return (L, K + 1), whether all fingertips are free at each vertex."""
@@ -206,7 +198,7 @@ class LaneSample:
         """Judge a path; note what fails."""
         for (before, _, v), (after, _, _) in itertools.pairwise(path):
             hub = self._common(before, after, v)
-            if not self.store.rest_holds(self._hub_sets[hub], v):
+            if not self.store.known.rest_holds(self._hub_sets[hub], v):
                 self._unstable[hub, v] = True
                 return False
         held = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import final
@@ -12,6 +13,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates, between
+from gm_ompl.motion.lattice_graph import way_along
+from gm_ompl.motion.object_graph import Way
 from gm_ompl.problem import Placements, Problem
 
 WHOLE_STEPS = 1e-7
@@ -89,6 +92,22 @@ def split(problem: Problem, start: Coordinates, end: Coordinates) -> list[Coordi
         point = between(start, end, fraction)
         points.append((*point[:d], value, *point[d + 1 :]))
     return [*points, end]
+
+
+def polyline(problem: Problem, points: Sequence[Coordinates], finer: int = 1) -> Way:
+    """Return the way along a polyline, in strides of at most a lattice step.
+
+    Args:
+        problem: the problem.
+        points: corners, unwrapped, no two in a row equal.
+        finer: strides per lattice step.
+    """
+    places = [points[0]]
+    for a, b in itertools.pairwise(points):
+        for start, end in itertools.pairwise(split(problem, a, b)):
+            strides = finer * strides_needed(problem, start, end)
+            places += [between(start, end, k / strides) for k in range(1, strides + 1)]
+    return way_along(problem.motion, tuple(places), problem.cost.samples_per_arc)
 
 
 @final

@@ -13,12 +13,10 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cost import displacement_cost
+from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.sampling.lines import Line, same, split, strides_needed, unwrapped
 
 UNPLACED = -1
@@ -127,14 +125,9 @@ class ContinuousModel:
         if decisions is None:
             return None
         z = [decision.z for decision in decisions]
-        cost = self.displacement_cost(line.lengths(placements), z)
-        return Displacement(line.start, line.end, placements, decisions, cost)
-
-    def displacement_cost(self, lengths: Array, z: Sequence[float]) -> float:
-        """Return Eq. (9) for chords (n, segments) and margins (segments,)."""
-        if not len(lengths):
-            return 0.0
-        return displacement_cost(lengths.tolist(), z, self.problem.cost.stability)
+        lengths = line.lengths(placements).tolist()
+        cost = displacement_cost(lengths, z, self.problem.cost.stability)
+        return Displacement(line.arc, line.start, line.end, placements, decisions, cost)
 
     def regrasp(
         self, q: Coordinates, placements: Placements, finger: int, target: int
@@ -147,11 +140,12 @@ class ContinuousModel:
             return None
         others = tuple(i for i in self._fingers if i != finger)
         rows = tuple(placements[i] for i in others)
-        rest = self.judge.rest(self.problem.motion.pose(q), others, rows, self._z_min)
+        pose = self.problem.motion.pose(q)
+        rest = self.judge.rest(pose, others, rows, self._z_min)
         if not rest.z >= self._z_min:
             return None
         cost = self.problem.cost.regrasp
-        return Regrasp(q, finger, target, placements, rest, cost)
+        return Regrasp(pose, q, finger, target, placements, rest, cost)
 
     def expand(self, state_from: HybridState, state_to: HybridState) -> list[Move] | None:
         """Return the moves from one state to another, or None where they fail.

@@ -9,12 +9,11 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.moves import Move
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.sampling.stages import Stage, StageJudge, Stages, changed, stages_of
-from gm_ompl.sampling.tree import Stop
 
 CHEAPER: Final = 1.0 - 1e-9
 """A change that leaves as many regrasps is kept only where the cost falls by this factor."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.sampling.lines import extents, same, split, unwrapped
+from gm_ompl.sampling.lines import extents, polyline, same, split, unwrapped
 from gm_ompl.sampling.routes import Route
 
 OBJECT_STEPS = 2000
@@ -37,6 +38,7 @@ class RouteMaker:
         self._problem = judge.problem
         self._extents = np.array(extents(self._problem))
         self._made = 0
+        self._drawn: dict[Route, tuple[tuple[Coordinates, ...], int]] = {}  # corners, strides
 
     def make(self) -> Route | None:
         """Return the next route, or None where the attempt failed."""
@@ -59,9 +61,9 @@ class RouteMaker:
         With one coordinate there are no corners to move: strides get finer each time.
         """
         if self._problem.motion.dimension == 1:
-            finer = Route(self._judge, route.points, route.finer + 1)
-            return finer if finer.object_free else None
-        points = list(route.points)
+            corners, finer = self._drawn[route]
+            return self._along(corners, finer + 1)
+        points = list(self._drawn[route][0])
         k = int(self._rng.integers(len(points) - 1))
         if len(points) > 2 and self._rng.random() < 0.5:
             del points[max(k, 1)]
@@ -84,12 +86,15 @@ class RouteMaker:
             )
         )
 
-    def _along(self, points: list[Coordinates]) -> Route | None:
+    def _along(self, points: Sequence[Coordinates], finer: int = 1) -> Route | None:
         kept = [points[0], *(b for a, b in itertools.pairwise(points) if a != b)]
         if len(kept) == 1 and not self._problem.goal.contains(kept[0]):
             return None
-        route = Route(self._judge, kept)
-        return route if route.object_free else None
+        route = Route(self._judge, polyline(self._problem, kept, finer))
+        if not route.table.object_free:
+            return None
+        self._drawn[route] = tuple(kept), finer
+        return route
 
     def _anywhere(self) -> Coordinates:
         low, high = np.array(self._problem.motion.low), np.array(self._problem.motion.high)

@@ -10,8 +10,7 @@ from typing import Final, TypeAlias, final
 
 from gm_ompl.caches import Memo
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Placements
+from gm_ompl.problem import Displacement, Move, Placements, Regrasp
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 
 Way: TypeAlias = tuple[Coordinates, Coordinates, Placements]

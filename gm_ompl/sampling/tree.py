@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl.arrays import BoolArray, IntArray
-from gm_ompl.graph.goals import restricted
+from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.goals import fits, restricted
+from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_store import LaneStore
@@ -19,10 +20,6 @@ ROOT: Final = -1
 
 ATTEMPTS: Final = 8
 """Places for a regrasp that are drawn before a growth step gives up."""
-
-Stop: TypeAlias = Callable[[], bool]
-Leg: TypeAlias = tuple[Placements, int, int]
-"""(canonical set, first vertex, last vertex)."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +109,7 @@ class Tree:
 
     def fits_other_end(self, lane: Placements) -> bool:
         """Whether the fingers are where the motion's other end wants them."""
-        return all(
-            want is None or have == want for have, want in zip(lane, self._wanted, strict=True)
-        )
+        return fits(lane, self._wanted)
 
     def grow(self, stop: Stop) -> int | None:
         """Try one growth step; return the new branch's number, if any."""
@@ -192,7 +187,7 @@ class Tree:
             if (hub, vertex) in self._tried:
                 continue
             self._tried.add((hub, vertex))
-            if self._store.rest_holds(hub, vertex):
+            if self._store.known.rest_holds(hub, vertex):
                 return self._from_hub(parent, hub, vertex, stop)
         return None
 
@@ -261,7 +256,7 @@ def join(store: LaneStore, tree: Tree, number: int, other: Tree) -> list[Leg] | 
         for k in other.by_hub.get(hub, ()):
             low, high = _overlap(branch, other.branches[k])
             for vertex in range(low, high + 1):
-                if store.rest_holds(hub, vertex):
+                if store.known.rest_holds(hub, vertex):
                     return _joined(tree, number, other, k, vertex)
     return None
 
@@ -275,14 +270,3 @@ def _joined(tree: Tree, number: int, other: Tree, k: int, vertex: int) -> list[L
     onward, back = (tree, other) if tree.ahead else (other, tree)
     i, j = (number, k) if tree.ahead else (k, number)
     return merged(onward.legs(i, vertex) + back.legs(j, vertex))
-
-
-def merged(legs: list[Leg]) -> list[Leg]:
-    """Return the legs, those in a row with the same set as one."""
-    whole: list[Leg] = []
-    for lane, first, last in legs:
-        if whole and whole[-1][0] == lane:
-            whole[-1] = (lane, whole[-1][1], last)
-        else:
-            whole.append((lane, first, last))
-    return whole

@@ -11,7 +11,7 @@ from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, hull, mass_properties, shifted
-from gm_ompl.motion.lattice import Coordinates, Lattice
+from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
 from gm_ompl.motion.planar import FULL_TURN, PlanarMotion, planar_lattice
@@ -20,7 +20,6 @@ from gm_ompl.problem import (
     CostSettings,
     Environment,
     Fingers,
-    Goal,
     MechanicsSettings,
     Obstacle,
     Problem,

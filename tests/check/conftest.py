@@ -12,9 +12,8 @@ import pytest
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan import Plan, assemble
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.scenario.scenario import Scenario
 
@@ -84,13 +83,15 @@ class Author:
             (1 + problem.cost.stability / d.z) * length
             for d, length in zip(decisions, lengths, strict=True)
         )
-        return Displacement((start,), (end,), rows, decisions, cost)
+        arc = problem.motion.arc((start,), (end,))
+        return Displacement(arc, (start,), (end,), rows, decisions, cost)
 
     def regrasp(self, at: float, finger: int, target: int, rows: Placements) -> Regrasp:
         """Return the arc that moves ``finger`` to ``target``."""
         rest = tuple(i for i in range(len(rows)) if i != finger)
         decision = self.decide((at,), None, rest, tuple(rows[i] for i in rest))
-        return Regrasp((at,), finger, target, rows, decision, self.problem.cost.regrasp)
+        pose = self.problem.motion.pose((at,))
+        return Regrasp(pose, (at,), finger, target, rows, decision, self.problem.cost.regrasp)
 
     def plan(self, moves: list[Move]) -> Plan:
         """Return the plan that ``moves`` make."""

@@ -11,9 +11,9 @@ import pytest
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
-from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.heuristic import TravelHeuristic
-from gm_ompl.graph.sets import LIFTED, PlacementSets
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.sets import LIFTED, PlacementSets
 from gm_ompl.problem import Problem
 from gm_ompl.reference.judge import Decide, ReferenceJudge
 from gm_ompl.reference.search import Graph, Node
@@ -67,8 +67,7 @@ def test_admissible_and_consistent(
         )
     decide = remembered(problem)
     judge = Judge(problem, ReferenceBackend(problem, lambda instant: decide(instant, None)))
-    goals = GoalNodes(problem)
-    h = TravelHeuristic(problem, judge, goals.reachable(problem, judge))
+    h = TravelHeuristic(judge, valid_goals(judge) or ())
     graph, arcs = all_arcs(problem, decide)
     slack = 1e-9 * problem.body.diagonal
     for node, cost in costs_to_goal(graph, arcs).items():
@@ -84,8 +83,7 @@ def test_consistent_through_hubs(seed: int) -> None:
     """Lifting a finger costs X_regr, touching down nothing: (11) respects both arcs."""
     problem = load(f"random/small/{seed}").problem
     judge = Judge(problem, ReferenceBackend(problem))
-    goals = GoalNodes(problem)
-    h = TravelHeuristic(problem, judge, goals.reachable(problem, judge))
+    h = TravelHeuristic(judge, valid_goals(judge) or ())
     sets = PlacementSets(problem.fingers.groups())
     for placements in _some_sets(problem):
         for slot in range(problem.fingers.count):

@@ -8,7 +8,7 @@ import pytest
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.graph.sets import LIFTED, placement_sets
+from gm_ompl.holds.sets import LIFTED, placement_sets
 from gm_ompl.scenario.load import load
 
 NAMES = (
@@ -28,10 +28,8 @@ def graph(request: pytest.FixtureRequest) -> LaneGraph:
     rng, N = np.random.default_rng(1), len(graph.tables.goal) - 1
     for row in rng.permutation(all_sets(graph))[:6]:
         lane = graph.lane(tuple(row.tolist()))
-        for way in range(2):
-            for i in np.flatnonzero(np.isfinite(lane.costs[way])):
-                ends = (int(i), int(i) + 1)
-                graph.judge_arcs(lane, *(ends[::-1] if way else ends))
+        for a in np.flatnonzero(np.isfinite(lane.costs)).tolist():
+            graph.judge_arcs(lane, (a,))
         for hub in lane.hubs:
             config = int(rng.integers(N + 1))
             graph.judge_rest(graph.hub(hub), config)

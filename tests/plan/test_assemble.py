@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
-from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan import DisplacementStep, Plan, RegraspStep, assemble
+from gm_ompl.problem import Displacement, Move, Regrasp
 from gm_ompl.scenario.scenario import Scenario
 
 SCENARIO = {
@@ -40,9 +40,10 @@ def _held(f_com: float) -> ModeDecision:
 
 def _plan(scenario: Scenario, f_com: float = 4.0, **changes: Any) -> Plan:
     rest = ModeDecision(Outcome.STABLE, 2.0, (FORCE,), (3.0,))
+    arc = scenario.problem.motion.arc((0.0,), (0.5,))
     moves: list[Move] = [
-        Displacement((0.0,), (0.5,), (7, 60), (_held(f_com),) * 3, 8.25),
-        Regrasp((0.5,), 0, 100, (7, 60), rest, 100.0),
+        Displacement(arc, (0.0,), (0.5,), (7, 60), (_held(f_com),) * 3, 8.25),
+        Regrasp(arc.end, (0.5,), 0, 100, (7, 60), rest, 100.0),
     ]
     given: dict[str, Any] = {"status": "solved", "planner": "astar", "statistics": STATISTICS}
     return assemble(scenario.problem, scenario.resolved(), moves, **{**given, **changes})

@@ -17,12 +17,12 @@ from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Arc
-from gm_ompl.motion.lattice import Lattice
+from gm_ompl.motion.lattice import Goal, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.planners.planner import Budget, SearchResult
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Goal, Problem
+from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import Modes, decide_modes
 from gm_ompl.scenario.load import load
 

@@ -15,15 +15,13 @@ from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds, lane_graph
-from gm_ompl.graph.goals import GoalNodes, start_node
 from gm_ompl.graph.lane_graph import LaneGraph
-from gm_ompl.graph.sets import LIFTED
-from gm_ompl.moves import Regrasp
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.planners import lane_search, lane_sources
 from gm_ompl.planners.lattice_astar import has_lanes
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Placements, Problem, Regrasp
 from gm_ompl.scenario.load import load
 
 FAMILIES = ("slide", "push", "tumble", "regrasp", "chain")
@@ -182,8 +180,8 @@ def test_given_places_are_kept() -> None:
     goal = (hand[1], hand[0], *hand[2:])
     fingers = dataclasses.replace(problem.fingers, start=hand, goal=goal)
     swapped = dataclasses.replace(problem, fingers=fingers)
-    assert start_node(swapped) == 0
-    assert GoalNodes(swapped).nodes == (problem.lattice.size - 1,)
+    assert swapped.object_graph.start == 0
+    assert swapped.object_graph.goal_nodes == (problem.lattice.size - 1,)
     same(solve(swapped), solve(swapped, "dijkstra"))
 
 

@@ -18,10 +18,10 @@ import gm_ompl
 from gm_ompl.errors import UnsoundPlannerError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.motion.lattice import Goal
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND
 from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Goal
 from gm_ompl.sampling.motions import ContinuousModel
 from gm_ompl.scenario.load import load
 

@@ -13,14 +13,13 @@ from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.goals import GoalNodes
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.graph.watch import Stopped
-from gm_ompl.moves import Displacement, Regrasp
+from gm_ompl.holds.goals import valid_goals
+from gm_ompl.holds.watch import Stopped
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Problem, Regrasp
 from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 
@@ -67,8 +66,8 @@ def test_the_bound_is_admissible_and_no_weaker_than_travel(name: str, overrides:
     assert found.status is plain.status
     assert found.cost == plain.cost or found.cost == pytest.approx(plain.cost, rel=1e-6)
     judge = Judge(problem, make_backend(problem))
-    goals = GoalNodes(problem).reachable(problem, judge)
-    bound, travel = PlanarHeuristic(problem, judge, goals), TravelHeuristic(problem, judge, goals)
+    goals = valid_goals(judge) or ()
+    bound, travel = PlanarHeuristic(judge, goals), TravelHeuristic(judge, goals)
     rng, P, n = np.random.default_rng(3), len(problem.fingers.placements), problem.fingers.count
     for _ in range(300):
         config = int(rng.integers(problem.lattice.size))
@@ -85,11 +84,11 @@ def test_making_the_bound_listens_to_the_budget() -> None:
     """Broken off while nodes are tested or distances are found, whichever comes first."""
     problem = load("planar/corridor", CORRIDOR).problem
     judge = Judge(problem, make_backend(problem))
-    goals = GoalNodes(problem).reachable(problem, judge)
+    goals = valid_goals(judge) or ()
     for patience in (0, 10, problem.lattice.size + 1):
         asked = itertools.count()
         with pytest.raises(Stopped):
-            PlanarHeuristic(problem, judge, goals, lambda: next(asked) >= patience)  # noqa: B023
+            PlanarHeuristic(judge, goals, lambda: next(asked) >= patience)  # noqa: B023
         assert next(asked) == patience + 1
 
 

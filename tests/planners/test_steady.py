@@ -11,11 +11,10 @@ import gm_ompl
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Displacement, Move
 from gm_ompl.planners import steady
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem
 from gm_ompl.scenario.load import load
 
 NAMES = (

@@ -5,6 +5,7 @@ import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
+from gm_ompl.motion.lattice_graph import way_along
 from gm_ompl.problem import Problem
 from gm_ompl.reference.judge import Finding, ReferenceJudge
 from gm_ompl.reference.modes import Modes, decide_modes
@@ -99,7 +100,8 @@ def test_cost_of_a_slide_by_hand(problem: MakeProblem) -> None:
     """Eq. (9) for one third of a slide by 3: each finger travels 1, weighted 1 + X_stab / z."""
     p = problem(grid=(3, 1), stability=0.5)
     judge = ReferenceJudge(p)
-    arc = judge.displacement((0.0,), (1 / 3,), (place(p, "-x", (0, 0)), place(p, "-x", (2, 0))), 3)
+    ways = way_along(p.motion, ((0.0,), (1 / 3,)), 3)
+    arc = judge.displacement(ways, 0, (place(p, "-x", (0, 0)), place(p, "-x", (2, 0))))
     assert arc is not None
     z = [d.z for d in arc.segments]
     assert len(z) == 3
@@ -127,7 +129,8 @@ def test_equal_contact_states_are_decided_once(problem: MakeProblem) -> None:
 
     judge = ReferenceJudge(p, counted)
     behind = (place(p, "-x", (0, 0)), place(p, "-x", (2, 0)))
-    arcs = [judge.displacement((i / 3,), ((i + 1) / 3,), behind, 3) for i in range(3)]
+    way = way_along(p.motion, tuple((i / 3,) for i in range(4)), 3)
+    arcs = [judge.displacement(way, i, behind) for i in range(3)]
     assert all(arc is not None for arc in arcs)
     assert len(calls) == judge.decisions == 1
 
@@ -142,6 +145,7 @@ def test_previous_modes_are_preferred_along_an_arc(problem: MakeProblem) -> None
         mode = ControlMode.FORCE if len(heard) == 1 else ControlMode.POSITION
         return ModeDecision(Outcome.STABLE, 1.0 + len(instant.points), (mode,), (None,), 0)
 
-    arc = ReferenceJudge(p, force).displacement((0.0,), (0.5,), (place(p, "+z"),), 2)
+    way = way_along(p.motion, ((0.0,), (0.5,)), 2)
+    arc = ReferenceJudge(p, force).displacement(way, 0, (place(p, "+z"),))
     assert arc is not None
     assert heard == [None, None, (ControlMode.FORCE,)]

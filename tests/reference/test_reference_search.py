@@ -16,11 +16,11 @@ from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Lattice
+from gm_ompl.motion.lattice_graph import way_along
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.motion.straight import Straight
-from gm_ompl.moves import Displacement, Move, Regrasp
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 from gm_ompl.reference.judge import Finding, ReferenceJudge
 from gm_ompl.reference.modes import Modes
 from gm_ompl.reference.search import SearchStatus, plain_search
@@ -80,7 +80,8 @@ def explicit_optimum(problem: Problem) -> float:
         if problem.goal.contains(q) and fits(problem.fingers.goal, p):
             arcs[k, goal] = tiny
         for other, end in problem.lattice.neighbours(at):
-            arc = judge.displacement(q, end, p, problem.cost.samples_per_arc)
+            way = way_along(problem.motion, (q, end), problem.cost.samples_per_arc)
+            arc = judge.displacement(way, 0, p)
             if (other, p) in number and arc is not None:
                 arcs[k, number[other, p]] = arc.cost
         for i in range(n):

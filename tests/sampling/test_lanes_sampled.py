@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.sets import PlacementSets
+from gm_ompl.holds.known import FAILED
+from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import LaneSample
-from gm_ompl.sampling.lane_store import FAILED, LaneStore
+from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lines import polyline
 from gm_ompl.sampling.routes import Route
 
 
 def _store(problem: Problem, judge: Judge) -> LaneStore:
-    route = Route(judge, [problem.start, (1.0,)])
+    route = Route(judge, polyline(problem, [problem.start, (1.0,)]))
     return LaneStore(judge, PlacementSets(problem.fingers.groups()), route)
 
 
@@ -57,13 +59,13 @@ def _judged(
     problem: Problem, judge: Judge, store: LaneStore, lane: tuple[int, ...], ahead: bool
 ) -> int:
     """Return how far a set comes, each segment judged in turn."""
-    route, z_min = store.route, problem.mechanics.z_min
-    K, P = route.states.shape
+    table, z_min = store.route.table, problem.mechanics.z_min
+    K, P = table.tables.states.shape
     k = 0 if ahead else K
     while 0 <= (j := k if ahead else k - 1) < K:
-        free = all(route.free[i, row, j] for i, row in enumerate(lane))
+        free = all(table.tables.free[i, row, j] for i, row in enumerate(lane))
         if not free or any(
-            judge.backend.decide(route.state(j, p), (0, 1), lane).z < z_min for p in range(P)
+            judge.backend.decide(table.state(j, p), (0, 1), lane).z < z_min for p in range(P)
         ):
             break
         k += 1 if ahead else -1
@@ -79,13 +81,13 @@ def test_probing_ends_where_a_stride_fails(
     store, rng = _store(problem, judge), np.random.default_rng(2)
     K = store.route.strides
     for lane in map(tuple, rng.permutation(_every_set(problem, judge))[:25].tolist()):
-        if not all(store.route.free[i, row].all() for i, row in enumerate(lane)):
+        if not all(store.route.table.tables.free[i, row].all() for i, row in enumerate(lane)):
             continue
         reach = K
         while (got := store.probe(lane, 0, reach)) != reach:
             reach = got
         assert reach == _judged(problem, judge, store, lane, True)
-        assert reach == K or FAILED in store.decided(lane)[reach]
+        assert reach == K or FAILED in store.known.margins(lane)[reach]
 
 
 @pytest.mark.parametrize("name", ["slide", "tumble", "regrasp"])

@@ -9,11 +9,10 @@ import pytest
 
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Displacement, Move, Regrasp
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 from gm_ompl.sampling.stages import after
 

@@ -11,12 +11,11 @@ import pytest
 
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move, Regrasp
 from gm_ompl.plan.model import Plan
 from gm_ompl.planners.hybrid_planners import refine
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Move, Problem, Regrasp
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 
 

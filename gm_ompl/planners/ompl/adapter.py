@@ -12,12 +12,12 @@ from ompl import base as ob
 from ompl import geometric as og
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Move
 from gm_ompl.planners.ompl.callbacks import Guard
 from gm_ompl.planners.ompl.convert import Codec
 from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.planners.planner import Budget, Planner, Progress, Report, SearchResult, Status, silent
 from gm_ompl.planners.trace import Expansion, Vertex
+from gm_ompl.problem import Move
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
 

@@ -10,11 +10,10 @@ from typing import TypeAlias, final
 import numpy as np
 
 from gm_ompl.caches import kept
-from gm_ompl.graph.goals import restricted
-from gm_ompl.graph.sets import ordered_sets
+from gm_ompl.holds.goals import restricted
+from gm_ompl.holds.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.moves import Move
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Move, Placements, Problem
 from gm_ompl.sampling.lines import coarse_to_fine, extents, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 

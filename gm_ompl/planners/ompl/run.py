@@ -14,14 +14,13 @@ from ompl import util as ou
 from gm_ompl.errors import PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.moves import Displacement, Move
 from gm_ompl.planners.growth import Vertices
 from gm_ompl.planners.ompl.adapter import Explored
 from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.planner import Budget, Meter, Planner, Progress, Report, SearchResult, Status
 from gm_ompl.planners.trace import Trace, Vertex, tracer
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Displacement, Move, Problem
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
 

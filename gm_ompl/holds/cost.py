@@ -27,11 +27,9 @@ def displacement_cost(
     if math.inf in factors:
         return math.inf
     return max(
-        sum(factor * length for factor, length in zip(factors, travel, strict=True))
-        for travel in lengths
+        (
+            sum(factor * length for factor, length in zip(factors, travel, strict=True))
+            for travel in lengths
+        ),
+        default=0.0,
     )
-
-
-def travel(lengths: Sequence[Sequence[float]]) -> float:
-    """Return the largest of the fingers' travels: Eq. (9) for z = +inf, its lower bound."""
-    return max(sum(travelled) for travelled in lengths)

@@ -71,6 +71,10 @@ class PlacementSets:
         """Return the canonical set with ``number``."""
         return self._sets[number]
 
+    def hubs(self, canonical: Placements) -> tuple[Placements, ...]:
+        """Return per slot the canonical set in which its finger is LIFTED."""
+        return tuple(self.replaced(canonical, slot, LIFTED) for slot in range(len(canonical)))
+
     def replaced(self, canonical: Placements, slot: int, row: int) -> Placements:
         """Return the canonical set in which the finger at ``slot`` is at ``row``."""
         return self.canonical((*canonical[:slot], row, *canonical[slot + 1 :]))
@@ -134,6 +138,16 @@ def _joined(
         if all(len(pool) for pool in left):
             for rest in _joined(others, left, group_of, clear):
                 yield (row, *rest)
+
+
+def beside(hub: Placements, clear: Clearances) -> BoolArray:
+    """Return where a hub's lifted finger is clear of the others, (P,); (1,) for a lone finger."""
+    pairs = [
+        pair[:, row]
+        for pair, row in zip(clear[hub.index(LIFTED)], hub, strict=True)
+        if pair is not None
+    ]
+    return np.logical_and.reduce(pairs) if pairs else np.ones(1, dtype=bool)
 
 
 def _clear_of(finger: int, row: int, other: int, pool: IntArray, clear: Clearances) -> IntArray:

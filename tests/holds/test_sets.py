@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gm_ompl.arrays import Array
-from gm_ompl.graph.sets import LIFTED, PlacementSets, ordered_sets
+from gm_ompl.holds.sets import LIFTED, PlacementSets, ordered_sets
 
 GROUPS = st.sampled_from([
     ((0,),), ((0, 1),), ((0,), (1,)), ((0, 1, 2),), ((0, 2), (1,)), ((0, 1), (2, 3)),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gm_ompl.graph.cost import displacement_cost, stability_factor
+from gm_ompl.holds.cost import displacement_cost, stability_factor
 
 LENGTH = st.floats(0.0, 10.0)
 MARGIN = st.floats(0.01, 1e4)

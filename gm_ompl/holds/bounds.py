@@ -1,0 +1,203 @@
+"""What cuts and decisions say of sets of placements along arcs, compiled: bounds, no judgement.
+
+A set may hold along fewer arcs than is said here, and costs at least as much.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled, inlined
+from gm_ompl.holds.tables import UNASKED, Tables
+from gm_ompl.mechanics.cuts import CutTables, state_bound
+
+Memo: TypeAlias = tuple[int, float, float, float]
+"""What was computed last along a set's arcs, as it repeats: a contact state and its bound on z, a
+margin and its factor of Eq. (9)."""
+
+NOTHING: Final[Memo] = (UNASKED, np.inf, np.nan, 1.0)
+
+
+class Arcs(NamedTuple):
+    """What costs of arcs need of ``Tables``: numba counts every use of every array of a tuple."""
+
+    like: IntArray
+    free: BoolArray
+    states: IntArray
+    lengths: Array
+    z_min: float
+    X_stab: float
+
+
+class Ends(NamedTuple):
+    """What tells goal nodes, likewise."""
+
+    goal: BoolArray
+    wanted: IntArray
+    node_free: BoolArray
+
+
+@inlined
+def arcs_of(tables: Tables) -> Arcs:
+    """Return what costs of arcs need."""
+    return Arcs(
+        tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.X_stab
+    )
+
+
+@inlined
+def ends_of(tables: Tables) -> Ends:
+    """Return what tells goal nodes."""
+    return Ends(tables.goal, tables.wanted, tables.node_free)
+
+
+@inlined
+def arc_cost(
+    rows: IntArray, a: int, known: Array, at: int, arcs: Arcs, cuts: CutTables, z: Array,
+    factors: Array, memo: Memo, weigh: bool,
+) -> tuple[float, Memo]:  # fmt: skip
+    """Return a lower bound on Eq. (9) for an arc; +inf where it cannot hold.
+
+    Args:
+        rows: (n,), a set's placements.
+        a: the arc.
+        known: (.., P), decided margins, +inf where undecided.
+        at: the arc's row in ``known`` and ``z``.
+        arcs: of the tables.
+        cuts: the cuts.
+        z: output (.., P), upper bounds on the margins: what is known, else the least of the
+            state's cuts; left alone after the first that is below z_min.
+        factors: (P,), room to work in.
+        memo: what the arc before has left. It is returned with the cost.
+        weigh: whether lengths count; else an arc that may hold costs nothing.
+    """
+    like, free, states, lengths, z_min, X_stab = arcs
+    before, bound, margin, factor = memo
+    P, row = states.shape[1], like[a]
+    most, holds = 0.0, True
+    for k in range(len(rows)):
+        holds = holds and free[k, rows[k], row]
+    for j in range(P):
+        if not holds:
+            break
+        if states[a, j] != before:
+            before, bound = states[a, j], np.inf
+            if 0 <= before < len(cuts.counts):
+                bound = state_bound(before, rows, cuts)
+        least = min(bound, known[at, j])
+        holds = least >= z_min
+        z[at, j] = least
+        if least != margin:
+            margin = least
+            factor = 1.0 + X_stab / margin if X_stab > 0.0 else 1.0
+        factors[j] = factor
+    if holds and weigh:
+        for k in range(len(rows)):
+            travel = 0.0
+            for j in range(P):
+                travel += factors[j] * lengths[k, rows[k], row, j]
+            most = max(most, travel)
+    return most if holds else np.inf, (before, bound, margin, factor)
+
+
+@inlined
+def ends_at(rows: IntArray, c: int, ends: Ends) -> bool:
+    """Whether node c is a goal for a set: wanted there, and free."""
+    goal, wanted, node_free = ends
+    arrived = goal[c]
+    if arrived:
+        for k in range(len(rows)):
+            fits = wanted[k] < 0 or wanted[k] == rows[k]
+            arrived = arrived and fits and node_free[k, rows[k], c]
+    return bool(arrived)
+
+
+@inlined
+def relax(d: Array, costs: Array, tables: Tables) -> None:
+    """Lower d (V,) to the least cost to go, by arcs of these costs (A,)."""
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
+    falling = True
+    while falling:
+        falling = False
+        for k in range(len(order)):
+            a = order[k]
+            through = d[head[a]] + costs[a]
+            if through < d[tail[a]]:
+                d[tail[a]], falling = through, again
+
+
+@compiled
+def refresh(
+    rows: IntArray, tables: Tables, cuts: CutTables, known: Array, z: Array, costs: Array,
+    d: Array,
+) -> None:  # fmt: skip
+    """Write a set's bounds anew.
+
+    Args:
+        rows: (n,), its placements.
+        tables: the tables.
+        cuts: the cuts.
+        known: (A, P), decided margins, +inf where undecided.
+        z: output (A, P), upper bounds on the margins of arcs that may hold.
+        costs: output (A,), lower bounds on Eq. (9).
+        d: output (V,), lower bounds on the cost to the goal without regrasping.
+    """
+    factors, memo = np.empty(tables.states.shape[1]), NOTHING
+    arcs, ends = arcs_of(tables), ends_of(tables)
+    for a in range(len(costs)):
+        costs[a], memo = arc_cost(rows, a, known, a, arcs, cuts, z, factors, memo, True)
+    for c in range(len(d)):
+        d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
+    relax(d, costs, tables)
+
+
+@compiled
+def refresh_many(
+    sets: IntArray, tables: Tables, cuts: CutTables, places: IntArray, known: Array,
+    costs: Array, d: Array,
+) -> None:  # fmt: skip
+    """Write the bounds of many sets.
+
+    Args:
+        sets: (L, n), the sets.
+        tables: the tables.
+        cuts: the cuts.
+        places: (L,), where a set's decided margins stand in ``known``; 0 is all undecided.
+        known: (K, A, P), decided margins.
+        costs: output (L, A), see ``refresh``.
+        d: output (L, V), see ``refresh``.
+    """
+    z = np.empty(tables.states.shape)
+    for i in range(sets.shape[0]):
+        refresh(sets[i], tables, cuts, known[places[i]], z, costs[i], d[i])
+
+
+@compiled
+def reaches(
+    sets: IntArray, first: int, last: int, tables: Tables, cuts: CutTables, reach: IntArray
+) -> None:
+    """Bring ``reach`` (L,) nearer to ``first``: how far each set (L, n) may come at most.
+
+    Args:
+        sets: the sets.
+        first: a vertex of a route, whose arc k leads from vertex k to k + 1.
+        last: the vertex to come to; a smaller one where the motion ends at ``first``.
+        tables: the route's.
+        cuts: the cuts.
+        reach: what is known so far, between the two.
+    """
+    P = tables.states.shape[1]
+    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
+    arcs, step = arcs_of(tables), 1 if last >= first else -1
+    for m in range(sets.shape[0]):
+        rows, k, memo = sets[m], first, NOTHING
+        while k != reach[m]:
+            arc = k if step > 0 else k - 1
+            cost, memo = arc_cost(rows, arc, known, 0, arcs, cuts, z, factors, memo, False)
+            if cost == np.inf:
+                break
+            k += step
+        reach[m] = k
