@@ -12,6 +12,8 @@ GmOmplError                  everything this package raises on purpose
 |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
 |-- PathError                a planner's path does not hold when judged anew
 `-- SolverError              an LP solver ended in a way that allows no verdict
+
+ScenarioWarning              a scenario that can be used but is perhaps not what was meant
 """
 
 from __future__ import annotations
@@ -38,6 +40,23 @@ class ScenarioError(InputError):
     def __init__(self, problems: str | Sequence[str]) -> None:
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
+
+
+class ScenarioWarning(UserWarning):
+    """A scenario can be used, but is perhaps not what was meant.
+
+    Attributes:
+        key: dotted path of what may be wrong, such as "motion.start".
+        kind: "floats" (nearly touches what is below) or "touches nothing".
+        gap: the distance, in the scenario's units of length; None where nothing is there at all.
+        relative: the same over D; None likewise.
+    """
+
+    def __init__(
+        self, text: str, key: str, kind: str, gap: float | None, relative: float | None
+    ) -> None:
+        self.key, self.kind, self.gap, self.relative = key, kind, gap, relative
+        super().__init__(text)
 
 
 class PlanFileError(InputError):

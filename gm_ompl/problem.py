@@ -8,6 +8,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.motion.lattice import Coordinates, Lattice
@@ -79,12 +80,15 @@ class Environment:
         obstacles: fixed bodies, world frame.
         friction: Coulomb coefficient of every environment contact.
         patch_points: how finely a contact patch is filled with points while the object turns.
+        contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
+            contact.
     """
 
     floor: bool
     obstacles: tuple[Obstacle, ...]
     friction: float
     patch_points: int = 0
+    contact_tolerance: float = TOUCHING
 
 
 @dataclass(frozen=True)

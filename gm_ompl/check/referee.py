@@ -43,8 +43,9 @@ class Referee:
         self.tolerances = tolerances or Tolerances()
         environment = problem.environment
         bodies = [obstacle.body for obstacle in environment.obstacles]
-        self._scene = Scene(problem.body, bodies, environment.floor)
-        self._swept = SweptJudge(problem.body, tuple(bodies), environment.floor)
+        floor, touching = environment.floor, environment.contact_tolerance
+        self._scene = Scene(problem.body, bodies, floor, touching)
+        self._swept = SweptJudge(problem.body, tuple(bodies), floor, touching)
         self._best: dict[object, ModeDecision] = {}
         self._margin: dict[object, float] = {}
         self._internal: dict[object, bool] = {}

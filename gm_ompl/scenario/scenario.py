@@ -8,9 +8,9 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from gm_ompl.errors import ScenarioError
+from gm_ompl.errors import ScenarioError, ScenarioWarning
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.build import build_problem
+from gm_ompl.scenario.build import build
 from gm_ompl.scenario.checks import findings
 from gm_ompl.scenario.document import Document, apply_overrides
 from gm_ompl.scenario.fields import per_finger
@@ -30,11 +30,13 @@ class Scenario:
         model: the values.
         document: where each of them stands.
         problem: what the planners see.
+        warnings: where the object floats or touches nothing: perhaps not what was meant.
     """
 
     model: ScenarioModel
     document: Document
     problem: Problem
+    warnings: tuple[ScenarioWarning, ...] = ()
 
     @classmethod
     def from_document(cls, document: Document, overrides: Iterable[str] = ()) -> Scenario:
@@ -52,8 +54,8 @@ class Scenario:
                 more = f"{document.label}: and {len(problems) - MAX_SHOWN} more mistakes"
                 problems[MAX_SHOWN:] = [more]
             raise ScenarioError(problems)
-        model = with_meshes(model, document)
-        return cls(model, document, build_problem(model, document))
+        built = build(with_meshes(model, document), document)
+        return cls(built.model, document, built.problem, built.warnings)
 
     @classmethod
     def from_resolved(cls, tree: Mapping[str, Any], label: str = "scenario") -> Scenario:
