@@ -3,7 +3,7 @@
 GmOmplError                  everything this package raises on purpose
 |-- InputError               the user's input is wrong (command line: exit code 2)
 |   |-- ScenarioError        a scenario file or name; carries file, line, key and value
-|   |-- PlanFileError        a plan file
+|   |-- PlanError            a plan file
 |   |   `-- MisfitError      a plan whose steps cannot be those of its scenario; carries places
 |   |-- GeometryError        impossible or unusable shapes
 |   |-- UnknownPlannerError  no planner of that name; carries the valid names
@@ -59,11 +59,11 @@ class ScenarioWarning(UserWarning):
         super().__init__(text)
 
 
-class PlanFileError(InputError):
+class PlanError(InputError):
     """A plan file cannot be read."""
 
 
-class MisfitError(PlanFileError):
+class MisfitError(PlanError):
     """A plan's steps cannot be those of the scenario inside it.
 
     Attributes:

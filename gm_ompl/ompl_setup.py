@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from gm_ompl import clock
-from gm_ompl.api import ScenarioLike, load
+from gm_ompl.api import ScenarioLike, loaded
+from gm_ompl.arguments import whole
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
@@ -20,7 +21,6 @@ from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
-from gm_ompl.scenario.scenario import Scenario
 
 
 def setup(
@@ -36,7 +36,7 @@ def setup(
     Set any planner of OMPL that is sound for one-way motion, or name one here.
 
     Args:
-        scenario: what to plan: a loaded scenario, a shipped name, or a file.
+        scenario: what to plan: a loaded scenario, a shipped name, a file, or a mapping.
         planner: any name that ``gm_ompl.plan`` takes; None is "RRTConnect".
         seed: of OMPL's random numbers and ours. OMPL's are global: of two setups, the last counts.
         parameters: the planner's own parameters.
@@ -44,10 +44,9 @@ def setup(
     Raises:
         InputError: the scenario, the planner's name or a parameter is wrong.
     """
-    if seed < 0:
-        raise InputError(f"seed: {seed}: must be a whole number >= 0")
+    seed = whole("seed", seed, 0)
     searcher = make_planner(planner or "RRTConnect", parameters)
-    given = scenario if isinstance(scenario, Scenario) else load(scenario)
+    given = loaded(scenario)
     prepare(given.problem)
     judge = Judge(given.problem, make_backend(given.problem))
     rng = np.random.default_rng(seed)

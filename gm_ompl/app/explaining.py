@@ -8,7 +8,7 @@ import re
 from gm_ompl import api
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.explain_text import lines
-from gm_ompl.app.output import say, say_json
+from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.plan_verbs import ExplainVerb
 from gm_ompl.errors import InputError
 
@@ -19,8 +19,10 @@ def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
+    scenario = api.load(request.scenario, request.overrides or ())
+    show_warnings(scenario)
     explanation = api.explain(
-        api.load(request.scenario, request.overrides or ()),
+        scenario,
         at,
         places,
         samples=request.samples,

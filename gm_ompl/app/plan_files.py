@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gm_ompl.errors import MisfitError, PlanFileError, ScenarioError
+from gm_ompl.errors import MisfitError, PlanError, ScenarioError
 from gm_ompl.plan.fit import in_file
 from gm_ompl.plan.model import Plan
 
@@ -16,7 +16,7 @@ def opened(path: Path) -> Iterator[Plan]:
     """Give the plan in ``path``; what is found wrong with it meanwhile is told with file and line.
 
     Raises:
-        PlanFileError: the file cannot be read, is no plan, or its steps or its scenario cannot
+        PlanError: the file cannot be read, is no plan, or its steps or its scenario cannot
             be used.
     """
     plan = Plan.load(path)
@@ -25,4 +25,4 @@ def opened(path: Path) -> Iterator[Plan]:
     except MisfitError as error:
         raise in_file(error, path) from None
     except ScenarioError as error:
-        raise PlanFileError("\n".join(f"{path}: {line}" for line in error.problems)) from None
+        raise PlanError("\n".join(f"{path}: {line}" for line in error.problems)) from None

@@ -9,7 +9,7 @@ from typing import Any
 
 from gm_ompl import api
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
-from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.plan_verbs import PlanVerb
 from gm_ompl.app.progress import ProgressLine
 from gm_ompl.app.showing import write_html
@@ -29,6 +29,7 @@ def plan_command(request: PlanVerb) -> Exit:
     _different(output, html, trace)
     parameters = read_parameters(request.params)
     scenario = api.load(request.scenario, request.overrides or ())
+    show_warnings(scenario)
     plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)

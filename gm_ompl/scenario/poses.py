@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, Tag
+from pydantic import BeforeValidator, Field, Tag
+from pydantic_core import PydanticCustomError
 
 from gm_ompl.scenario.fields import Angle, AngleInterval, Interval, Number, Strict, word_or
 from gm_ompl.scenario.rotations import RotationModel
@@ -12,8 +13,17 @@ from gm_ompl.scenario.rotations import RotationModel
 REST = "rest"
 """Instead of a height: lowered until it touches."""
 
+
+def _rest(value: object) -> object:
+    if value != REST:
+        wanted = f"must be a finite number, or {REST} for the height (lowered until it touches)"
+        raise PydanticCustomError("place", wanted)
+    return value
+
+
 Place: TypeAlias = Annotated[
-    Annotated[Literal["rest"], Tag("<word>")] | Annotated[Number, Tag("<number>")],
+    Annotated[Literal["rest"], BeforeValidator(_rest), Tag("<word>")]
+    | Annotated[Number, Tag("<number>")],
     word_or("<number>"),
 ]
 
