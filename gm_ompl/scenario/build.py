@@ -72,13 +72,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
     notes.stop()
     assert made is not None
     body, inertia = made
-    environment = Environment(
-        floor=model.environment.floor,
-        obstacles=obstacles,
-        friction=model.friction.environment,
-        patch_points=model.mechanics.patch_points or 0,
-        contact_tolerance=model.mechanics.contact_tolerance,
-    )
+    environment = _environment(model, obstacles)
     _check_thickness(body, environment, notes)
     ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
     moving = make_motion(model.motion, ground, notes)
@@ -106,6 +100,16 @@ def build(model: ScenarioModel, document: Document) -> Built:
     notes.stop()
     filled = model.model_copy(update={"motion": moving.model})
     return Built(problem, filled, tuple(ground.warnings))
+
+
+def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Environment:
+    return Environment(
+        floor=model.environment.floor,
+        obstacles=obstacles,
+        friction=model.friction.environment,
+        patch_points=model.mechanics.patch_points or 0,
+        contact_tolerance=model.mechanics.contact_tolerance,
+    )
 
 
 def _mechanics(model: ScenarioModel) -> MechanicsSettings:

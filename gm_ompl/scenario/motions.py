@@ -108,7 +108,8 @@ def _path(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
         pieces.append(made)
         pose = made.pose(pose, 1.0)
     ground.look("start", ("motion", "start"), first)
-    ground.look("goal", ("motion", "path"), pose)
+    if not ground.warnings:  # else the goal is as wrong as the start, and for its reason
+        ground.look("goal", ("motion", "path"), pose)
     return Moving(PathMotion(first, pieces), (0.0,), END, model)
 
 
@@ -133,7 +134,8 @@ def _planar(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
     assert isinstance(model.goal, PoseModel)
     _level(model.goal, last, motion.height, ground, notes)
     point = motion.wrap((*last.xy, goal_yaw(model, last)))
-    ground.look("goal", ("motion", "goal"), motion.pose(point))
+    if not ground.warnings:
+        ground.look("goal", ("motion", "goal"), motion.pose(point))
     return Moving(motion, start, Goal(point, point, motion.periods), model)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, TypeAlias
 
 from gm_ompl.arguments import kind_of, plain
@@ -34,15 +35,10 @@ def _listed(overrides: Changes, problems: list[str]) -> Iterator[tuple[str, str,
                 problems.append(f"--set: the key {kind_of(key)} must be text")
                 continue
             place = one_line(f"--set {key}={shown(value)}")
-
-            def wrong(path: Path, text: str, place: str = place) -> None:
-                problems.append(
-                    one_line(f"{place}: {dotted(path)}: {text}" if path else f"{place}: {text}")
-                )
-
-            yield place, key, plain(value, wrong)
+            yield place, key, plain(value, partial(_note, problems, place))
         return
-    for text in (overrides,) if isinstance(overrides, str) else overrides:
+    alone = isinstance(overrides, (str, bytes)) or not isinstance(overrides, Iterable)
+    for text in (overrides,) if alone else overrides:
         if not isinstance(text, str):
             wanted = "expected KEY=VALUE, for example fingers.max_normal_force=5"
             problems.append(f"--set {kind_of(text)}: {wanted}")
