@@ -114,9 +114,8 @@ def test_a_corner_that_lies_in_no_plane_is_shared_out() -> None:
 
 def test_short_levers_do_not_fling_the_object() -> None:
     """A body on a knife's edge of two corners close together is not turned to fit their noise."""
-    wedge = Body(
-        (hull(np.array([[0, 0, 0], [2e-4, 0, 1e-6], [-1, -1, 1], [1, -1, 1], [0, 1, 1]])),)
-    )
+    corners = [[0, 0, 0], [2e-4, 0, 1e-6], [-1, -1, 1], [1, -1, 1], [0, 1, 1]]
+    wedge = Body((hull(np.array(corners)),))
     pose = Pose(np.eye(3), np.array([0, 0, 1e-6]))
     after = projected(wedge, FLOOR, pose, np.eye(3))
     moved = after.apply(wedge.vertices) - pose.apply(wedge.vertices)

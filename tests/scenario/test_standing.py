@@ -36,7 +36,7 @@ def start_of(scenario: gm_ompl.Scenario) -> Pose:
     return scenario.problem.motion.pose(scenario.problem.start)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_rest_is_the_exact_height(seed: int) -> None:
     """A hull and a bar with a notch, on each side they can lie on: as high as scipy says."""
     for found, wanted, size in (
@@ -58,7 +58,7 @@ def test_rest_stands_on_what_lies_below() -> None:
     flush = crate({**rest, **back, "environment.obstacles.step": beside})
     assert start_of(flush).position[2] == 0.02
     ramp = {"hull": [[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 2], [1, 1, 2]]}
-    on_ramp = crate({**rest, "environment.obstacles.ramp": ramp})
+    on_ramp = crate({**rest, **back, "environment.obstacles.ramp": ramp})
     assert start_of(on_ramp).position[2] == pytest.approx(1 + 0.025 + 0.02, abs=1e-12)
 
 
@@ -104,10 +104,13 @@ def test_planar_motion_of_a_lying_object() -> None:
         "motion.start": {
             "position": [0, 0, "rest"], "rotation": {"axis": [1, 0, 0], "angle": "90 deg"},
         },
-        "fingers.placements": {"grid": [2, 2], "faces": ["+x", "-x", "+z", "-z"]},
+        "fingers.placements": {"grid": [2, 1], "faces": ["+x", "-x", "+z", "-z"]},
     }  # fmt: skip
-    swapped = {"fingers.placements": {"grid": [2, 2], "faces": ["+x", "-x", "+y", "-y"]}}
-    first, second = (gm_ompl.load("planar/turn", changes) for changes in (lying, swapped))
+    swapped = {"fingers.placements": {"grid": [2, 1], "faces": ["+x", "-x", "+y", "-y"]}}
+    coarse = {"lattice.steps.yaw": "30 deg"}
+    first, second = (
+        gm_ompl.load("planar/turn", {**coarse, **changes}) for changes in (lying, swapped)
+    )
     costs = [gm_ompl.plan(scenario).cost for scenario in (first, second)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-9)
     assert gm_ompl.check(gm_ompl.plan(first)).holds
@@ -196,8 +199,9 @@ def test_what_floats_is_told(height: float, kind: str | None, gap: float | None)
     assert warning.relative == pytest.approx((gap or 0.0) / D, rel=1e-6)
     with pytest.warns(gm_ompl.ScenarioWarning, match="motion.start: at the start the object"):
         gm_ompl.plan(scenario, max_iterations=1)
-    with pytest.warns(gm_ompl.ScenarioWarning):
-        gm_ompl.explain(scenario, time_limit=0)
+    if kind == "touches nothing":
+        with pytest.warns(gm_ompl.ScenarioWarning):
+            gm_ompl.explain(scenario, at=0.5, time_limit=0)
 
 
 def test_a_goal_in_the_air_is_told() -> None:

@@ -65,9 +65,8 @@ def _lying(shape: dict[str, Any], points: Array, centre: Array) -> Iterator[Heig
         foot = centre + height * normal
         if not _inside(points[simplex], foot, normal):
             continue
-        tilt = _down(normal)
-        for turn in (tilt, rotation_about([0, 0, 1], 1.0) @ tilt):
-            yield _rest(shape, turn, size), height, size
+        turn = rotation_about([0, 0, 1], float(normal[0])) @ _down(normal)
+        yield _rest(shape, turn, size), height, size
 
 
 def _inside(triangle: Array, foot: Array, normal: Array) -> bool:
@@ -91,7 +90,10 @@ def _rest(shape: dict[str, Any], turn: Array, size: float) -> float:
     scenario = gm_ompl.load({
         "object": {"shape": shape, "mass": 1},
         "friction": {"environment": 0.5, "finger": 0.7},
-        "fingers": {"count": 0, "radius": 1, "max_normal_force": 1},
+        "fingers": {
+            "count": 0, "radius": 1, "max_normal_force": 1,
+            "placements": {"grid": [1, 1], "faces": [0]},
+        },
         "motion": {
             "start": {"position": [0.3, -2, "rest"], "rotation": {"quaternion": quaternion}},
             "path": [{"slide": {"by": [size, 0, 0]}}],
