@@ -5,14 +5,14 @@ from __future__ import annotations
 import numbers
 import os
 import warnings
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.arguments import finite, kind_of, whole
-from gm_ompl.asking import PlacementLike, budget, coordinates, placed, seconds
+from gm_ompl.asking import Coordinates, PlacementsLike, budget, coordinates, placed, seconds
 from gm_ompl.errors import InputError
 from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
@@ -63,10 +63,10 @@ def plan(
     scenario: ScenarioLike,
     planner: str = "astar",
     *,
-    time_limit: float | None = None,
-    max_iterations: int | None = None,
-    memory_limit: float | None = None,
-    seed: int = 0,
+    time_limit: SupportsFloat | None = None,
+    max_iterations: SupportsIndex | None = None,
+    memory_limit: SupportsFloat | None = None,
+    seed: SupportsIndex = 0,
     parameters: Mapping[str, Any] | None = None,
     report: Report | None = None,
 ) -> Plan:
@@ -135,9 +135,9 @@ def check(plan: Plan) -> CheckReport:
 
 def judge(
     scenario: ScenarioLike,
-    q: Sequence[float] | None = None,
-    direction: Sequence[float] | None = None,
-    placements: Sequence[PlacementLike] = (),
+    q: Coordinates | None = None,
+    direction: Coordinates | None = None,
+    placements: PlacementsLike = (),
     *,
     pose: Pose | None = None,
     twist: Twist | None = None,
@@ -166,8 +166,8 @@ def judge(
 
 def _moment(
     problem: Problem,
-    q: Sequence[float] | None,
-    direction: Sequence[float] | None,
+    q: Coordinates | None,
+    direction: Coordinates | None,
     pose: Pose | None,
     twist: Twist | None,
 ) -> Moment:
@@ -186,12 +186,12 @@ def _moment(
 
 def explain(
     scenario: ScenarioLike,
-    at: Sequence[float] | float | None = None,
-    placements: Sequence[PlacementLike] | None = None,
+    at: Coordinates | SupportsFloat | None = None,
+    placements: PlacementsLike | None = None,
     *,
-    samples: int | None = None,
-    seed: int = 0,
-    time_limit: float = SECONDS,
+    samples: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
+    time_limit: SupportsFloat = SECONDS,
 ) -> Explanation:
     """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 

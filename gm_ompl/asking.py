@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
+
+from numpy.typing import NDArray
 
 from gm_ompl.arguments import finite, kind_of, plain, positive, whole
 from gm_ompl.errors import InputError
@@ -14,8 +16,14 @@ from gm_ompl.problem import Problem
 OUTSIDE = 1e-9
 """Coordinates beyond a motion's range by less than this part of it are on its end."""
 
-PlacementLike: TypeAlias = int | tuple[str, Sequence[int]]
+Coordinates: TypeAlias = Sequence[float] | NDArray[Any]
+"""Object coordinates, or their rates: a list or an array."""
+
+PlacementLike: TypeAlias = SupportsIndex | tuple[str, Sequence[int] | NDArray[Any]]
 """A row of the placement table, or (face, cell), for example ``("-x", (3, 2))``."""
+
+PlacementsLike: TypeAlias = Sequence[PlacementLike] | NDArray[Any]
+"""One placement per finger."""
 
 
 def seconds(value: object) -> float:
@@ -30,20 +38,20 @@ def seconds(value: object) -> float:
 
 
 def budget(
-    time_limit: float | None, max_iterations: int | None, memory_limit: float | None
+    time_limit: SupportsFloat | None,
+    max_iterations: SupportsIndex | None,
+    memory_limit: SupportsFloat | None,
 ) -> Budget:
     """Return a search's limits.
 
     Raises:
         InputError: one is no positive number.
     """
-    if time_limit is not None:
-        time_limit = positive("time limit", time_limit, "seconds")
-    if max_iterations is not None:
-        max_iterations = whole("max iterations", max_iterations, 1)
-    if memory_limit is not None:
-        memory_limit = positive("memory limit", memory_limit, "MiB")
-    return Budget(time_limit, max_iterations, memory_limit)
+    return Budget(
+        None if time_limit is None else positive("time limit", time_limit, "seconds"),
+        None if max_iterations is None else whole("max iterations", max_iterations, 1),
+        None if memory_limit is None else positive("memory limit", memory_limit, "MiB"),
+    )
 
 
 def coordinates(name: str, values: object, problem: Problem) -> tuple[float, ...]:
@@ -63,7 +71,7 @@ def coordinates(name: str, values: object, problem: Problem) -> tuple[float, ...
     return q
 
 
-def placed(problem: Problem, placements: Sequence[PlacementLike]) -> tuple[int, ...]:
+def placed(problem: Problem, placements: PlacementsLike) -> tuple[int, ...]:
     """Return the placements' rows in the table."""
     table, count = problem.fingers.placements, problem.fingers.count
     given = plain(placements)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def setup(
     scenario: ScenarioLike,
     planner: str | None = None,
     *,
-    seed: int = 0,
+    seed: SupportsIndex = 0,
     parameters: Mapping[str, Any] | None = None,
 ) -> HybridSetup:
     """Return a scenario as OMPL's ``og.SimpleSetup``, ready to be solved.
