@@ -13,17 +13,44 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gm_ompl.api import check, explain, judge, load, plan
-    from gm_ompl.errors import GmOmplError, InputError
+    from gm_ompl.errors import (
+        GeometryError,
+        GmOmplError,
+        InputError,
+        MisfitError,
+        MissingExtraError,
+        PathError,
+        PlanError,
+        ScenarioError,
+        ScenarioWarning,
+        ShapeError,
+        SolverError,
+        UnknownPlannerError,
+        UnsoundPlannerError,
+    )
     from gm_ompl.geometry.pose import Pose, Twist
     from gm_ompl.plan.model import Plan
     from gm_ompl.planners.ompl.public import plan_from, setup
+    from gm_ompl.scenario.scenario import Scenario
 
 _HOMES = {
+    "GeometryError": "gm_ompl.errors",
     "GmOmplError": "gm_ompl.errors",
     "InputError": "gm_ompl.errors",
+    "MisfitError": "gm_ompl.errors",
+    "MissingExtraError": "gm_ompl.errors",
+    "PathError": "gm_ompl.errors",
     "Plan": "gm_ompl.plan.model",
+    "PlanError": "gm_ompl.errors",
     "Pose": "gm_ompl.geometry.pose",
+    "Scenario": "gm_ompl.scenario.scenario",
+    "ScenarioError": "gm_ompl.errors",
+    "ScenarioWarning": "gm_ompl.errors",
+    "ShapeError": "gm_ompl.errors",
+    "SolverError": "gm_ompl.errors",
     "Twist": "gm_ompl.geometry.pose",
+    "UnknownPlannerError": "gm_ompl.errors",
+    "UnsoundPlannerError": "gm_ompl.errors",
     "check": "gm_ompl.api",
     "explain": "gm_ompl.api",
     "judge": "gm_ompl.api",
@@ -34,11 +61,23 @@ _HOMES = {
 }
 
 __all__ = [
+    "GeometryError",
     "GmOmplError",
     "InputError",
+    "MisfitError",
+    "MissingExtraError",
+    "PathError",
     "Plan",
+    "PlanError",
     "Pose",
+    "Scenario",
+    "ScenarioError",
+    "ScenarioWarning",
+    "ShapeError",
+    "SolverError",
     "Twist",
+    "UnknownPlannerError",
+    "UnsoundPlannerError",
     "__version__",
     "check",
     "explain",

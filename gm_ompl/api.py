@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
+import numbers
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
 
 from gm_ompl import clock
+from gm_ompl.arguments import finite, kind_of, whole
+from gm_ompl.asking import Coordinates, PlacementsLike, budget, coordinates, placed, seconds
 from gm_ompl.errors import InputError
 from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
@@ -19,33 +22,35 @@ from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
 from gm_ompl.plan.assemble import assemble
 from gm_ompl.plan.model import Plan
-from gm_ompl.planners.planner import Budget, Report, SearchResult, Status, silent
+from gm_ompl.planners.planner import Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load as load_scenario
+from gm_ompl.scenario.overrides import Changes
 from gm_ompl.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from gm_ompl.check.report import CheckReport
     from gm_ompl.explain.values import Explanation
 
-ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str]
-"""A loaded scenario, a shipped name, or a file."""
-
-PlacementLike: TypeAlias = int | tuple[str, Sequence[int]]
-"""A row of the placement table, or (face, cell), for example ``("-x", (3, 2))``."""
+ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str] | Mapping[str, Any]
+"""A loaded scenario, a shipped name, a file, or a mapping with a file's keys."""
 
 
-def load(name_or_path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
+def load(
+    name_or_path: str | os.PathLike[str] | Mapping[str, Any], overrides: Changes = ()
+) -> Scenario:
     """Return the scenario of a shipped name ("paper/slide"), a random family's, or a file.
 
     Args:
-        name_or_path: the name, or the file.
-        overrides: "KEY=VALUE", each replacing a value; KEY is a dotted path, list items by
-            number, VALUE is read as YAML: ``["fingers.max_normal_force=5"]``.
+        name_or_path: the name, or the file; or a mapping with a file's keys, whose numbers and
+            arrays may be numpy's.
+        overrides: what replaces values: "KEY=VALUE", where KEY is a dotted path, list items by
+            number, and VALUE is read as YAML; a list of such; or values by their keys:
+            ``{"fingers.max_normal_force": 5}``.
 
     Raises:
         ScenarioError: no such scenario, or one line per mistake in it.
@@ -57,10 +62,10 @@ def plan(
     scenario: ScenarioLike,
     planner: str = "astar",
     *,
-    time_limit: float | None = None,
-    max_iterations: int | None = None,
-    memory_limit: float | None = None,
-    seed: int = 0,
+    time_limit: SupportsFloat | None = None,
+    max_iterations: SupportsIndex | None = None,
+    memory_limit: SupportsFloat | None = None,
+    seed: SupportsIndex = 0,
     parameters: Mapping[str, Any] | None = None,
     report: Report | None = None,
 ) -> Plan:
@@ -85,17 +90,15 @@ def plan(
         InputError: the scenario, the planner's name or a limit is wrong.
     """
     searcher = make_planner(planner, parameters)
-    budget = _budget(time_limit, max_iterations, memory_limit)
-    if seed < 0:
-        raise InputError(f"seed: {seed}: must be a whole number >= 0")
-    given = _loaded(scenario)
+    limits, seed = budget(time_limit, max_iterations, memory_limit), whole("seed", seed, 0)
+    given = _warned(loaded(scenario))
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
     fallbacks = 0
     try:
         judging = _judge(priced(problem))
-        result = searcher.solve(judging.problem, judging, budget, rng, report or silent)
+        result = searcher.solve(judging.problem, judging, limits, rng, report or silent)
         fallbacks = judging.backend.fallbacks
         moves = at_true_cost(problem, _steady(judging, result.moves))
     except KeyboardInterrupt:  # before the search could begin, or twice
@@ -131,9 +134,9 @@ def check(plan: Plan) -> CheckReport:
 
 def judge(
     scenario: ScenarioLike,
-    q: Sequence[float] | None = None,
-    direction: Sequence[float] | None = None,
-    placements: Sequence[PlacementLike] = (),
+    q: Coordinates | None = None,
+    direction: Coordinates | None = None,
+    placements: PlacementsLike = (),
     *,
     pose: Pose | None = None,
     twist: Twist | None = None,
@@ -152,41 +155,42 @@ def judge(
         twist: with ``pose``, the object's velocity, of any magnitude; None at rest.
 
     Raises:
-        InputError: coordinates or placements do not fit the scenario, or both forms are mixed.
+        InputError: coordinates or placements do not fit the scenario (a path's s is from 0 to 1,
+            planar coordinates lie in their ranges), or both forms are mixed.
     """
-    problem = _loaded(scenario).problem
-    moment, rows = _moment(problem, q, direction, pose, twist), _rows(problem, placements)
+    problem = loaded(scenario).problem
+    moment, rows = _moment(problem, q, direction, pose, twist), placed(problem, placements)
     return _judge(problem).segment(moment, rows)
 
 
 def _moment(
     problem: Problem,
-    q: Sequence[float] | None,
-    direction: Sequence[float] | None,
+    q: Coordinates | None,
+    direction: Coordinates | None,
     pose: Pose | None,
     twist: Twist | None,
 ) -> Moment:
+    for name, value, kind in (("pose", pose, Pose), ("twist", twist, Twist)):
+        if not (value is None or isinstance(value, kind)):
+            raise InputError(f"judge: {name}: {kind_of(value)}: must be a gm_ompl.{kind.__name__}")
     if (q is None) == (pose is None) or (pose is None and twist is not None):
         raise InputError("judge: give either q (and direction) or pose (and twist)")
     if pose is not None:
         if direction is not None:
             raise InputError("judge: direction: goes with q; with pose, give twist")
         return Moment(pose, twist)
-    assert q is not None
-    _fit("q", q, problem)
-    if direction is not None:
-        _fit("direction", direction, problem)
-    return problem.motion.moment(q, direction)
+    moving = None if direction is None else finite("direction", direction, problem.motion.names)
+    return problem.motion.moment(coordinates("q", q, problem), moving)
 
 
 def explain(
     scenario: ScenarioLike,
-    at: Sequence[float] | float | None = None,
-    placements: Sequence[PlacementLike] | None = None,
+    at: Coordinates | SupportsFloat | None = None,
+    placements: PlacementsLike | None = None,
     *,
-    samples: int | None = None,
-    seed: int = 0,
-    time_limit: float = SECONDS,
+    samples: SupportsIndex | None = None,
+    seed: SupportsIndex = 0,
+    time_limit: SupportsFloat = SECONDS,
 ) -> Explanation:
     """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 
@@ -203,21 +207,17 @@ def explain(
     """
     from gm_ompl.explain.explain import explain
 
-    if not (math.isfinite(time_limit) and time_limit >= 0):
-        raise InputError(f"time limit: {time_limit}: must be a number of seconds >= 0")
-    given = _loaded(scenario)
+    limit = seconds(time_limit)
+    given = _warned(loaded(scenario))
     problem, q = given.problem, None
     prepare(problem)
     if at is not None:
-        q = (float(at),) if isinstance(at, (int, float)) else tuple(map(float, at))
-        _fit("at", q, problem)
-        motion = problem.motion
-        bounds = zip(motion.low, motion.high, motion.periods, strict=True)
-        for value, (low, high, period) in zip(q, bounds, strict=True):
-            if period is None and not low <= value <= high:
-                raise InputError(f"at: {list(q)}: {value:g} must be from {low:g} to {high:g}")
-    rows = None if placements is None else _rows(problem, placements)
-    return explain(given, q, rows, samples=samples, seed=seed, seconds=time_limit)
+        q = coordinates("at", [at] if isinstance(at, numbers.Real) else at, problem)
+    if samples is not None:
+        samples = whole("samples", samples, 1)
+    seed = whole("seed", seed, 0)
+    rows = None if placements is None else placed(problem, placements)
+    return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
 
 
 def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
@@ -228,46 +228,18 @@ def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
         return moves
 
 
-def _loaded(scenario: ScenarioLike) -> Scenario:
+def loaded(scenario: ScenarioLike) -> Scenario:
+    """Return the scenario itself, whatever way it is given in."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+def _warned(scenario: Scenario) -> Scenario:
+    """Return the scenario after a warning for everything in it that looks like a mistake."""
+    for warning in scenario.warnings:
+        warnings.warn(warning, stacklevel=3)
+    return scenario
 
 
 def _judge(problem: Problem) -> Judge:
     prepare(problem)
     return Judge(problem, make_backend(problem))
-
-
-def _budget(
-    time_limit: float | None, max_iterations: int | None, memory_limit: float | None
-) -> Budget:
-    for name, value, unit in (
-        ("time limit", time_limit, "seconds"),
-        ("max iterations", max_iterations, "iterations"),
-        ("memory limit", memory_limit, "MiB"),
-    ):
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"{name}: {value}: must be a positive number of {unit}")
-    return Budget(time_limit, max_iterations, memory_limit)
-
-
-def _fit(name: str, values: Sequence[float], problem: Problem) -> None:
-    wanted = ", ".join(problem.motion.names)
-    if len(values) != problem.motion.dimension or not all(map(math.isfinite, values)):
-        raise InputError(f"{name}: {list(values)}: must be finite numbers for ({wanted})")
-
-
-def _rows(problem: Problem, placements: Sequence[PlacementLike]) -> tuple[int, ...]:
-    """Return the placements' rows in the table."""
-    table, count = problem.fingers.placements, problem.fingers.count
-    if len(placements) != count:
-        raise InputError(f"placements: {len(placements)} given; the scenario has {count} fingers")
-    rows = []
-    for finger, place in enumerate(placements):
-        row = place if isinstance(place, int) else table.find(*place)
-        if row is None or not 0 <= row < len(table):
-            raise InputError(
-                f"placements[{finger}]: {place}: no such placement; there are {len(table)}, "
-                f"on the faces {', '.join(table.labels)}"
-            )
-        rows.append(row)
-    return tuple(rows)

@@ -3,7 +3,7 @@
 GmOmplError                  everything this package raises on purpose
 |-- InputError               the user's input is wrong (command line: exit code 2)
 |   |-- ScenarioError        a scenario file or name; carries file, line, key and value
-|   |-- PlanFileError        a plan file
+|   |-- PlanError            a plan file
 |   |   `-- MisfitError      a plan whose steps cannot be those of its scenario; carries places
 |   |-- GeometryError        impossible or unusable shapes
 |   |-- UnknownPlannerError  no planner of that name; carries the valid names
@@ -12,6 +12,8 @@ GmOmplError                  everything this package raises on purpose
 |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
 |-- PathError                a planner's path does not hold when judged anew
 `-- SolverError              an LP solver ended in a way that allows no verdict
+
+ScenarioWarning              a scenario that can be used but is perhaps not what was meant
 """
 
 from __future__ import annotations
@@ -40,11 +42,28 @@ class ScenarioError(InputError):
         super().__init__("\n".join(self.problems))
 
 
-class PlanFileError(InputError):
+class ScenarioWarning(UserWarning):
+    """A scenario can be used, but is perhaps not what was meant.
+
+    Attributes:
+        key: dotted path of what may be wrong, such as "motion.start".
+        kind: "floats" (nearly touches what is below) or "touches nothing".
+        gap: the distance, in the scenario's units of length; None where nothing is there at all.
+        relative: the same over D; None likewise.
+    """
+
+    def __init__(
+        self, text: str, key: str, kind: str, gap: float | None, relative: float | None
+    ) -> None:
+        self.key, self.kind, self.gap, self.relative = key, kind, gap, relative
+        super().__init__(text)
+
+
+class PlanError(InputError):
     """A plan file cannot be read."""
 
 
-class MisfitError(PlanFileError):
+class MisfitError(PlanError):
     """A plan's steps cannot be those of the scenario inside it.
 
     Attributes:

@@ -12,6 +12,7 @@ from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.motion.arc import Arc
@@ -86,12 +87,15 @@ class Environment:
         obstacles: fixed bodies, world frame.
         friction: Coulomb coefficient of every environment contact.
         patch_points: how finely a contact patch is filled with points while the object turns.
+        contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
+            contact.
     """
 
     floor: bool
     obstacles: tuple[Obstacle, ...]
     friction: float
     patch_points: int = 0
+    contact_tolerance: float = TOUCHING
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import gm_ompl
 from gm_ompl.app.exits import Exit
-from gm_ompl.app.output import say, say_json
+from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.errors import InputError
 from gm_ompl.explain.values import ContactLine, Explanation, InstantLine, ModeLine, SetLine, Survey
@@ -21,8 +21,10 @@ def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
+    scenario = gm_ompl.load(request.scenario, request.overrides or ())
+    show_warnings(scenario)
     explanation = gm_ompl.explain(
-        gm_ompl.load(request.scenario, request.overrides or ()),
+        scenario,
         at,
         places,
         samples=request.samples,

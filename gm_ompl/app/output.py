@@ -7,10 +7,13 @@ import logging
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gm_ompl.errors import InputError
 from gm_ompl.writing import is_special, is_stdout
+
+if TYPE_CHECKING:
+    from gm_ompl.scenario.scenario import Scenario
 
 
 def say(text: str = "") -> None:
@@ -27,6 +30,12 @@ def say_json(value: dict[str, Any]) -> None:
 def note(text: str) -> None:
     """Write a line to stderr."""
     sys.stderr.write(text + "\n")
+
+
+def show_warnings(scenario: Scenario) -> None:
+    """Write what looks like a mistake in a scenario to stderr."""
+    for warning in scenario.warnings:
+        note(f"gm-ompl: warning: {warning}")
 
 
 class _StderrHandler(logging.Handler):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import gm_ompl
 from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
-from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.showing import write_html
 from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.errors import InputError, ScenarioError
@@ -76,6 +76,7 @@ def plan_command(request: PlanVerb) -> Exit:
     _different(output, html, trace)
     parameters = read_parameters(request.params)
     scenario = gm_ompl.load(request.scenario, request.overrides or ())
+    show_warnings(scenario)
     plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)

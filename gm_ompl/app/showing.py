@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import CheckVerb, ExportVerb, ListVerb, PlotVerb, ViewVerb
-from gm_ompl.errors import InputError, MisfitError, PlanFileError, ScenarioError, did_you_mean
+from gm_ompl.errors import InputError, MisfitError, PlanError, ScenarioError, did_you_mean
 from gm_ompl.plan.fit import in_file
 from gm_ompl.plan.model import Plan
 from gm_ompl.writing import write_text
@@ -32,7 +32,7 @@ def opened(path: Path) -> Iterator[Plan]:
     """Give the plan in ``path``; what is found wrong with it meanwhile is told with file and line.
 
     Raises:
-        PlanFileError: the file cannot be read, is no plan, or its steps or its scenario cannot
+        PlanError: the file cannot be read, is no plan, or its steps or its scenario cannot
             be used.
     """
     plan = Plan.load(path)
@@ -41,7 +41,7 @@ def opened(path: Path) -> Iterator[Plan]:
     except MisfitError as error:
         raise in_file(error, path) from None
     except ScenarioError as error:
-        raise PlanFileError("\n".join(f"{path}: {line}" for line in error.problems)) from None
+        raise PlanError("\n".join(f"{path}: {line}" for line in error.problems)) from None
 
 
 def list_command(request: ListVerb) -> Exit:

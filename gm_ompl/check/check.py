@@ -35,7 +35,7 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
         Per step what holds, and every violation.
 
     Raises:
-        PlanFileError: the file cannot be read or is no plan.
+        PlanError: the file cannot be read or is no plan.
         ScenarioError: the scenario stored in the plan cannot be used.
         SolverError: an LP solver returned no answer.
     """

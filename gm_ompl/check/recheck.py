@@ -106,8 +106,9 @@ class Recheck:
         self.tolerances = tolerances or Tolerances()
         environment = problem.environment
         bodies = [obstacle.body for obstacle in environment.obstacles]
-        self._scene = Scene(problem.body, bodies, environment.floor)
-        self._swept = SweptJudge(problem.body, tuple(bodies), environment.floor)
+        floor, touching = environment.floor, environment.contact_tolerance
+        self._scene = Scene(problem.body, bodies, floor, touching)
+        self._swept = SweptJudge(problem.body, tuple(bodies), floor, touching)
         self._known: dict[Hashable, Any] = {}
         self._guess: dict[object, Forces] = {}
         self._remembered = Remembered()

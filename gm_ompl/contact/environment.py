@@ -18,9 +18,6 @@ from gm_ompl.geometry.separation import PlacedPiece
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.motion.arc import Moment
 
-TOUCHING = 1e-7
-"""A gap of at most this, relative to D, is a contact."""
-
 AT_REST = 1e-9
 """A velocity of at most this, relative to V, counts as none."""
 
@@ -52,6 +49,10 @@ class Surroundings(Protocol):
     @property
     def patch_points(self) -> int:
         """How finely contact patches are filled with points while the object turns on them."""
+
+    @property
+    def contact_tolerance(self) -> float:
+        """A gap or overlap of at most this, relative to D, is a contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> E
         environment: floor and obstacles, world frame.
         pose: where the object is.
     """
-    tolerance = TOUCHING * body.diagonal
+    tolerance = environment.contact_tolerance * body.diagonal
     patches = list(_patches(body, environment, pose, tolerance))
     if not patches:
         return EnvironmentContacts(np.zeros((0, 3)), np.zeros((0, 3)))

@@ -31,9 +31,10 @@ class Blame:
         self._problem = problem
         body, environment = problem.body, problem.environment
         self._object = Scene(body, [], False)
-        self._scenes = {o.name: Scene(body, [o.body], False) for o in environment.obstacles}
+        touching, obstacles = environment.contact_tolerance, environment.obstacles
+        self._scenes = {o.name: Scene(body, [o.body], False, touching) for o in obstacles}
         if environment.floor:
-            self._scenes["floor"] = Scene(body, [], True)
+            self._scenes["floor"] = Scene(body, [], True, touching)
 
     def configuration(self, q: Coordinates, placements: Placements) -> tuple[str, ...]:
         """Return a sentence for everything that penetrates something at ``q``; none if valid."""

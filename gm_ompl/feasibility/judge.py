@@ -69,7 +69,8 @@ class Judge:
         self.problem, self.backend = problem, backend
         self.configurations = 0
         environment = problem.environment
-        around = [o.body for o in environment.obstacles], environment.floor
+        obstacles = [o.body for o in environment.obstacles]
+        around = obstacles, environment.floor, environment.contact_tolerance
         self._scene = Scene(problem.body, *around)
         self._swept = SweptScene(problem.body, *around)
         hand = problem.fingers

@@ -14,7 +14,7 @@ Situation: TypeAlias = tuple[bytes, float]
 """How the object is turned, and its height over the floor."""
 
 CLEARANCE = 1e-6
-"""Added to the reach, relative to it: far above the gap that counts as a contact."""
+"""Added to the reach, relative to it, beside the gap that counts as a contact."""
 
 
 @final
@@ -35,7 +35,8 @@ class Situations:
         for radius in set(hand.radius.tolist()):
             centres = np.linalg.norm(hand.placements.centres(radius), axis=1)
             reach = max(reach, float(centres.max(initial=0.0)) + radius)
-        self._square = ((1.0 + CLEARANCE) * reach) ** 2
+        touching = problem.environment.contact_tolerance * body.diagonal
+        self._square = ((1.0 + CLEARANCE) * reach + touching) ** 2
         pieces = [piece for other in problem.environment.obstacles for piece in other.body.pieces]
         self._low = np.array([piece.bounds[0] for piece in pieces]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in pieces]).reshape(-1, 3)

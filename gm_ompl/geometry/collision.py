@@ -13,17 +13,20 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import PlacedPiece, penetrates
+from gm_ompl.geometry.separation import TOUCHING, PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 EXACT = 1e-9
-"""Penetration allowed between boxes and spheres, relative to D."""
+"""Penetration allowed between fingertips and boxes, floor or fingertips, relative to D."""
 
 COARSE = 1e-6
-"""Penetration allowed where a hull takes part, relative to D."""
+"""Penetration allowed between a fingertip and a hull, relative to D."""
 
 CLEAR = 1e-4
 """Gap or overlap, relative to D, beyond which FCL is trusted: far above its own tolerances."""
+
+FAR = 4.0
+"""The same in contact tolerances, where those are wider."""
 
 UNIT = 10.0
 """D inside FCL, whose tolerances are absolute."""
@@ -31,9 +34,9 @@ UNIT = 10.0
 _PLAIN = fcl.CollisionRequest()
 
 
-def allowed_depth(diagonal: float, *pieces: ConvexPiece) -> float:
-    """Return how deep these pieces, or one of them and a sphere, may penetrate each other."""
-    return (EXACT if all(piece.is_box for piece in pieces) else COARSE) * diagonal
+def allowed_depth(diagonal: float, piece: ConvexPiece) -> float:
+    """Return how deep a fingertip may penetrate ``piece``."""
+    return (EXACT if piece.is_box else COARSE) * diagonal
 
 
 class Scene:
@@ -43,26 +46,31 @@ class Scene:
         body: the object, object frame.
         obstacles: fixed bodies, world frame.
         floor: whether the half space z < 0 is solid.
+        touching: how deep object and environment may overlap, relative to D.
     """
 
-    def __init__(self, body: Body, obstacles: Sequence[Body], floor: bool) -> None:
+    def __init__(
+        self, body: Body, obstacles: Sequence[Body], floor: bool, touching: float = TOUCHING
+    ) -> None:
         self._body, self._floor = body, floor
         self._D = body.diagonal
         self._scale = UNIT / self._D
+        self._depth = touching * self._D
+        clear = max(CLEAR, FAR * touching)
         self._obstacles = [piece for other in obstacles for piece in other.pieces]
         self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
         self._models = [self._model(piece) for piece in self._obstacles]
         self._own_models = [self._model(piece) for piece in body.pieces]
-        self._grown = [self._model(piece, +CLEAR) for piece in body.pieces]
-        self._shrunk = [self._model(piece, -CLEAR) for piece in body.pieces]
+        self._grown = [self._model(piece, +clear) for piece in body.pieces]
+        self._shrunk = [self._model(piece, -clear) for piece in body.pieces]
 
     def object_free(self, pose: Pose) -> bool:
         """Whether the object penetrates neither floor nor obstacles at ``pose``."""
         for k, piece in enumerate(self._body.pieces):
             here = PlacedPiece(piece, pose)
             low, high = here.bounds
-            if self._floor and low[2] < -self._tolerance(piece):
+            if self._floor and low[2] < -self._depth:
                 return False
             for j in self._near(low, high):
                 if self._overlaps(k, here, pose, int(j)):
@@ -109,9 +117,6 @@ class Scene:
         near: IntArray = np.flatnonzero(((self._low < high) & (self._high > low)).all(axis=1))
         return near
 
-    def _tolerance(self, *pieces: ConvexPiece) -> float:
-        return allowed_depth(self._D, *pieces)
-
     def _overlaps(self, k: int, here: PlacedPiece, pose: Pose, j: int) -> bool:
         """Whether the object's piece ``k`` penetrates the obstacle piece ``j``."""
         transform = fcl.Transform(
@@ -123,14 +128,13 @@ class Scene:
         self._shrunk[k].setTransform(transform)
         if _collide(self._shrunk[k], self._models[j]):
             return True
-        other = self._obstacles[j]
-        return penetrates(here, PlacedPiece(other), self._tolerance(here.piece, other))
+        return penetrates(here, PlacedPiece(self._obstacles[j]), self._depth)
 
     def _clear(
         self, piece: ConvexPiece, model: fcl.CollisionObject, centres: Array, radius: float
     ) -> BoolArray:
         """Return which spheres (P,) do not penetrate a piece, all in one frame."""
-        least = radius - self._tolerance(piece)
+        least = radius - allowed_depth(self._D, piece)
         heights = centres @ piece.face_normals.T - piece.face_offsets
         if piece.is_box:
             # At most one face of each opposite pair is below the point: Pythagoras.

@@ -13,6 +13,10 @@ from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import ConvexPiece
 
+TOUCHING = 1e-5
+"""A gap or overlap of object and environment of at most this, relative to D, is a contact: parts
+measured or stored in single precision are no more exact (``mechanics.contact_tolerance``)."""
+
 BATCH = 4096
 """Pairs of edges looked at together: bounds the memory that two detailed hulls take."""
 

@@ -185,6 +185,33 @@ def shifted(body: Body, offset: ArrayLike) -> Body:
     )
 
 
+def turned(body: Body, rotation: Array, pivot: ArrayLike) -> Body:
+    """Return ``body`` turned by ``rotation`` (3, 3) about a point (3,)."""
+    centre = np.asarray(pivot, dtype=np.float64)
+    away = centre - rotation @ centre
+    return Body(
+        tuple(
+            replace(
+                piece,
+                vertices=piece.vertices @ rotation.T + away,
+                face_normals=piece.face_normals @ rotation.T + 0.0,
+                face_offsets=piece.face_offsets + (piece.face_normals @ rotation.T) @ away,
+                edge_directions=piece.edge_directions @ rotation.T + 0.0,
+            )
+            for piece in body.pieces
+        ),
+        tuple(
+            replace(
+                face,
+                triangles=face.triangles @ rotation.T + away,
+                rim=face.rim @ rotation.T + away,
+                normal=face.normal @ rotation.T + 0.0,
+            )
+            for face in body.surface
+        ),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class MassProperties:
     """How a body's mass is spread.

@@ -14,6 +14,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.collision import EXACT, allowed_depth
 from gm_ompl.geometry.planes import MovingPiece, Stretch
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.waves import Waves, turned, turned_each
@@ -32,10 +33,14 @@ class SweptScene:
         body: the object, object frame.
         obstacles: fixed bodies, world frame.
         floor: whether the half space z < 0 is solid.
+        touching: how deep object and environment may overlap, relative to D.
     """
 
-    def __init__(self, body: Body, obstacles: Sequence[Body], floor: bool) -> None:
+    def __init__(
+        self, body: Body, obstacles: Sequence[Body], floor: bool, touching: float = TOUCHING
+    ) -> None:
         self._body, self._floor = body, floor
+        self._depth = touching * body.diagonal
         self._obstacles = [piece for other in obstacles for piece in other.pieces]
         self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
@@ -44,14 +49,13 @@ class SweptScene:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
         for piece in self._body.pieces:
             arms = sweep.arms(piece.vertices)
-            depth = self._depth(piece)
-            if self._floor and float(_heights(sweep, arms).min()) < -depth:
+            if self._floor and float(_heights(sweep, arms).min()) < -self._depth:
                 return False
             mover: MovingPiece | None = None
             for j in self._near(sweep, arms, 0.0).tolist():
                 mover = mover or MovingPiece(piece, sweep)
                 other = self._obstacles[j]
-                if not _pair_clear(mover, other, self._depth(piece, other)):
+                if not _pair_clear(mover, other, self._depth):
                     return False
         return True
 
@@ -71,11 +75,9 @@ class SweptScene:
             free &= _heights(sweep, arms) >= radius - EXACT * self._body.diagonal
         for j in self._near(sweep, arms, radius).tolist():
             rows, piece = np.flatnonzero(free), self._obstacles[j]
-            free[rows] = _tips_clear(sweep, arms[rows], piece, radius - self._depth(piece))
+            least = radius - allowed_depth(self._body.diagonal, piece)
+            free[rows] = _tips_clear(sweep, arms[rows], piece, least)
         return free
-
-    def _depth(self, *pieces: ConvexPiece) -> float:
-        return allowed_depth(self._body.diagonal, *pieces)
 
     def _near(self, sweep: Sweep, arms: Array, margin: float) -> IntArray:
         """Return the obstacle pieces in whose bounding box points with ``arms`` may come."""

@@ -147,7 +147,7 @@ def _object_free(problem: Problem, stop: Stop) -> BoolArray:
     lattice, obstacles = problem.lattice, [o.body for o in problem.environment.obstacles]
     if not obstacles or lattice.size > MOST_TESTED:
         return np.ones(lattice.size, dtype=bool)
-    scene = Scene(problem.body, obstacles, floor=False)
+    scene = Scene(problem.body, obstacles, False, problem.environment.contact_tolerance)
     return np.array([
         scene.object_free(problem.motion.pose(lattice.coordinates(node)))
         for node in watched(range(lattice.size), stop)

@@ -11,6 +11,7 @@ from gm_ompl.arrays import Array, read_only, unit
 from gm_ompl.caches import Memo
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import POSE_BYTES, Motion
@@ -18,9 +19,6 @@ from gm_ompl.motion.screw import UP, Piece, Screw, Tumble, remembered
 
 SAME_NODE = 1e-9
 """Two values of s closer than this (in pieces) are the same piece boundary."""
-
-SAME_HEIGHT = 1e-6
-"""Corners whose heights differ by less than this times D lie on one bottom edge."""
 
 
 @final
@@ -98,7 +96,9 @@ class PathMotion(Motion):
         return self.pieces[p].velocity(self._at(p, fraction), ds * len(self.pieces))
 
 
-def tumble_towards(body: Body, pose: Pose, towards: Array, angle: float) -> Tumble:
+def tumble_towards(
+    body: Body, pose: Pose, towards: Array, angle: float, touching: float = TOUCHING
+) -> Tumble:
     """Return the tumble about the object's bottom edge on the side ``towards``.
 
     Args:
@@ -106,6 +106,7 @@ def tumble_towards(body: Body, pose: Pose, towards: Array, angle: float) -> Tumb
         pose: where the object is when the piece starts.
         towards: (3,), a horizontal direction, world frame.
         angle: rotation [rad]; positive tips the object over that edge.
+        touching: corners whose heights differ by at most this, relative to D, lie on one edge.
 
     Raises:
         GeometryError: no bottom edge is perpendicular to ``towards`` on that side.
@@ -113,7 +114,7 @@ def tumble_towards(body: Body, pose: Pose, towards: Array, angle: float) -> Tumb
     direction = unit(towards)
     axis = np.cross(UP, direction)
     corners = pose.apply(body.vertices)
-    tolerance = SAME_HEIGHT * body.diagonal
+    tolerance = touching * body.diagonal
     bottom = corners[corners[:, 2] <= corners[:, 2].min() + tolerance]
     reach = bottom @ direction
     edge = bottom[reach >= reach.max() - tolerance]

@@ -13,7 +13,7 @@ from gm_ompl.caches import Memo
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.motion import POSE_BYTES, Motion
-from gm_ompl.motion.straight import Straight
+from gm_ompl.motion.straight import UPRIGHT, Straight, heading
 
 FULL_TURN = 2.0 * math.pi
 
@@ -30,9 +30,16 @@ class PlanarMotion(Motion):
 
     Attributes:
         height: z of the centre of mass, world frame.
+        attitude: (3, 3), how the object is turned at yaw 0, object to world.
     """
 
-    def __init__(self, low: Sequence[float], high: Sequence[float], height: float) -> None:
+    def __init__(
+        self,
+        low: Sequence[float],
+        high: Sequence[float],
+        height: float,
+        attitude: Array = UPRIGHT,
+    ) -> None:
         self.names = ("x", "y", "yaw")
         self.low = (float(low[0]), float(low[1]), float(low[2]))
         self.high = (float(high[0]), float(high[1]), float(high[2]))
@@ -40,6 +47,7 @@ class PlanarMotion(Motion):
         self.periods = (None, None, FULL_TURN if whole else None)
         self.breakpoints = ((), (), ())
         self.height = height
+        self.attitude = read_only(attitude, (3, 3), "attitude")
         self._known = Memo[tuple[float, float, float], Pose](POSE_BYTES)
 
     def pose(self, q: Sequence[float] | Array) -> Pose:
@@ -47,13 +55,13 @@ class PlanarMotion(Motion):
         x, y, yaw = float(q[0]), float(q[1]), float(q[2])
         known = self._known.get((x, y, yaw))
         if known is None:
-            known = self._known[x, y, yaw] = Pose.from_yaw([x, y, self.height], yaw)
+            known = self._known[x, y, yaw] = heading([x, y, self.height], yaw, self.attitude)
         return known
 
     def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Straight:
         """Return the straight motion from ``tail`` to ``head``, both [x, y, yaw]."""
         start, end = ((float(q[0]), float(q[1]), float(q[2])) for q in (tail, head))
-        return Straight(start, end, self.height)
+        return Straight(start, end, self.height, self.attitude)
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
         """Return the derivative of the pose at ``q`` in the direction ``dq`` (3,)."""

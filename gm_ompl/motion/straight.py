@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
 
-from gm_ompl.geometry.pose import Pose, Twist
+from gm_ompl.arrays import Array, read_only
+from gm_ompl.geometry.pose import Pose, Twist, rotation_about
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.screw import UP
+
+UPRIGHT = read_only(np.eye(3), (3, 3), "upright")
+"""An object as its shape stands in its own coordinates."""
+
+
+def heading(position: Sequence[float], yaw: float, attitude: Array = UPRIGHT) -> Pose:
+    """Return the pose of an object turned like ``attitude`` (3, 3), and by ``yaw`` after that."""
+    if np.array_equal(attitude, UPRIGHT):
+        return Pose.from_yaw(position, yaw)
+    return Pose(rotation_about(UP, yaw) @ attitude, np.array(position))
 
 
 @final
@@ -23,11 +34,13 @@ class Straight(Arc):
         tail: x, y and yaw [rad] at t = 0.
         head: at t = 1.
         height: z of the centre of mass.
+        attitude: (3, 3), how the object is turned at yaw 0, object to world.
     """
 
     tail: tuple[float, float, float]
     head: tuple[float, float, float]
     height: float
+    attitude: Array = field(default_factory=lambda: UPRIGHT)
 
     def pose(self, t: float) -> Pose:
         """Return the pose at ``t``."""
@@ -35,7 +48,7 @@ class Straight(Arc):
             x, y, yaw = self.head
         else:
             x, y, yaw = (a + t * (b - a) for a, b in zip(self.tail, self.head, strict=True))
-        return Pose.from_yaw([x, y, self.height], yaw)
+        return heading([x, y, self.height], yaw, self.attitude)
 
     def twist(self, t: float) -> Twist:  # noqa: ARG002 (the same throughout)
         """Return the derivative of the pose."""

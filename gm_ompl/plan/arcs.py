@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from gm_ompl.errors import InputError
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.motion.arc import Arc
-from gm_ompl.motion.screw import Screw, Slide, Tumble
-from gm_ompl.motion.straight import Straight
+from gm_ompl.motion.screw import UP, Screw, Slide, Tumble
+from gm_ompl.motion.straight import UPRIGHT, Straight
 from gm_ompl.plan.model import DisplacementStep
 from gm_ompl.plan.record import (
     ArcRecord,
@@ -22,6 +22,9 @@ from gm_ompl.plan.record import (
     TranslationArc,
     Turn,
 )
+
+ROUNDING = 1e-12
+"""What a quaternion in a file may have rounded away."""
 
 
 def arc_record(arc: Arc) -> ArcRecord:
@@ -61,4 +64,7 @@ def arc_of(step: DisplacementStep) -> Arc:
         turn = record.rotation
         return Screw(start, Tumble(np.array(turn.point), np.array(turn.axis), turn.angle))
     line = record.straight
-    return Straight(line.from_, line.to, step.pose_from.position[2])
+    attitude = rotation_about(UP, -line.from_[2]) @ start.rotation
+    if np.abs(attitude - UPRIGHT).max() <= ROUNDING:
+        attitude = UPRIGHT
+    return Straight(line.from_, line.to, step.pose_from.position[2], attitude)

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from gm_ompl.errors import InputError, PlanFileError, did_you_mean
+from gm_ompl.errors import InputError, PlanError, did_you_mean
 from gm_ompl.plan.places import key_path, where
 from gm_ompl.reading import Kind, is_text, one_line, read_text, refuse_other
 from gm_ompl.scenario.load import shipped
@@ -73,12 +73,12 @@ def write(path: Path, text: str) -> None:
     """Write ``text`` to ``path`` in one go: readers see the old file or the new one.
 
     Raises:
-        PlanFileError: the file cannot be written.
+        PlanError: the file cannot be written.
     """
     try:
         write_text(path, text)
     except InputError as error:
-        raise PlanFileError(str(error)) from error
+        raise PlanError(str(error)) from error
 
 
 def _hint(path: Path) -> str:
@@ -87,22 +87,22 @@ def _hint(path: Path) -> str:
     return "; `gm-ompl plan SCENARIO -o PLAN.json` makes one"
 
 
-KIND = Kind("plan", "JSON, as `gm-ompl plan -o` writes it", MAX_BYTES, PlanFileError, _hint)
+KIND = Kind("plan", "JSON, as `gm-ompl plan -o` writes it", MAX_BYTES, PlanError, _hint)
 
 
 def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     """Read ``path`` into ``model``; its key ``format`` must be ``format_name``.
 
     Raises:
-        PlanFileError: every mistake on its own line, with file, line, key, value and remedy.
+        PlanError: every mistake on its own line, with file, line, key, value and remedy.
     """
     text = read_text(path, KIND)
     data = _syntax(path, text)
     if not isinstance(data, dict):
-        raise PlanFileError(f"{path}:1: not a plan: the file must hold one JSON object")
+        raise PlanError(f"{path}:1: not a plan: the file must hold one JSON object")
     if data.get("format") != format_name:
         refuse_other(one_line(str(path)), data.get("format"), KIND)
-        raise PlanFileError(
+        raise PlanError(
             f"{where(path, text, ('format',))}: {_other_format(data.get('format'), format_name)}"
         )
     found = list(_unusable(path, data))
@@ -117,7 +117,7 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
     lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in found[:MAX_SHOWN]]
     if len(found) > MAX_SHOWN:
         lines.append(f"{path}: and {len(found) - MAX_SHOWN} more mistakes")
-    raise PlanFileError("\n".join(map(one_line, lines)))
+    raise PlanError("\n".join(map(one_line, lines)))
 
 
 def _other_format(given: object, format_name: str) -> str:
@@ -150,20 +150,18 @@ def _syntax(path: Path, text: str) -> Any:
         return json.loads(text, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
         hint = "the file is empty" if not text.strip() else f"not valid JSON: {error.msg}"
-        raise PlanFileError(f"{path}:{error.lineno}:{error.colno}: {hint}") from error
+        raise PlanError(f"{path}:{error.lineno}:{error.colno}: {hint}") from error
     except _DuplicateKeyError as error:
-        raise PlanFileError(f"{path}: {error}") from error
+        raise PlanError(f"{path}: {error}") from error
     except (RecursionError, ValueError) as error:  # ValueError: an integer of too many digits
-        raise PlanFileError(
-            f"{path}: not a plan: nested too deeply or too long a number"
-        ) from error
+        raise PlanError(f"{path}: not a plan: nested too deeply or too long a number") from error
 
 
 def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
     """Yield the values that are no JSON although Python reads them, and what is wrong with each.
 
     Raises:
-        PlanFileError: there are too many values, or they are nested too deeply.
+        PlanError: there are too many values, or they are nested too deeply.
     """
     waiting: list[tuple[_Path, Any]] = [((), data)]
     for _ in range(MAX_VALUES):
@@ -171,7 +169,7 @@ def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
             return
         place, value = waiting.pop()
         if len(place) > MAX_DEPTH:
-            raise PlanFileError(f"{path}: not a plan: nested too deeply, {key_path(place[:3])} ...")
+            raise PlanError(f"{path}: not a plan: nested too deeply, {key_path(place[:3])} ...")
         if isinstance(value, float) and not math.isfinite(value):
             yield place, f"{value}: must be a finite number"
         elif isinstance(value, str) and not is_text(value):
@@ -183,7 +181,7 @@ def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
             waiting.extend(((*place, key), value[key]) for key in reversed(value))
         elif isinstance(value, list):
             waiting.extend(((*place, i), value[i]) for i in reversed(range(len(value))))
-    raise PlanFileError(f"{path}: not a plan: more than {MAX_VALUES} values")
+    raise PlanError(f"{path}: not a plan: more than {MAX_VALUES} values")
 
 
 def _beginning(value: Any) -> Any:

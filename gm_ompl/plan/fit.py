@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from gm_ompl.errors import MisfitError, PlanFileError
+from gm_ompl.errors import MisfitError, PlanError
 from gm_ompl.plan.files import KIND, MAX_SHOWN
 from gm_ompl.plan.model import Plan
 from gm_ompl.plan.places import where
@@ -49,14 +49,14 @@ def problem_of(plan: Plan) -> Problem:
     return problem
 
 
-def in_file(error: MisfitError, path: Path) -> PlanFileError:
+def in_file(error: MisfitError, path: Path) -> PlanError:
     """Return ``error`` with the lines of the file that the plan came from."""
     text = read_text(path, KIND)
     lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in error.mistakes[:MAX_SHOWN]]
     if len(error.mistakes) > MAX_SHOWN:
         lines.append(f"{path}: and {len(error.mistakes) - MAX_SHOWN} more mistakes")
     lines.append(f"`gm-ompl check {path}` judges the plan step by step")
-    return PlanFileError("\n".join(map(one_line, lines)))
+    return PlanError("\n".join(map(one_line, lines)))
 
 
 UNIT_VECTORS = ("quaternion", "axis", "normal")

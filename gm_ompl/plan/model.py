@@ -205,7 +205,7 @@ class Plan(PlanPart):
         """Write the plan to ``path``, whole or not at all.
 
         Raises:
-            PlanFileError: the file cannot be written.
+            PlanError: the file cannot be written.
         """
         files.write(Path(path), files.dumps(self.to_dict()))
 
@@ -214,7 +214,7 @@ class Plan(PlanPart):
         """Read a plan file.
 
         Raises:
-            PlanFileError: it cannot be read or is no plan; the message names file, line, key,
+            PlanError: it cannot be read or is no plan; the message names file, line, key,
                 value and what would be right.
         """
         return files.read(Path(path), cls, FORMAT)

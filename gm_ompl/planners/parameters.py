@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from gm_ompl.arguments import kind_of, plain
 from gm_ompl.errors import InputError, did_you_mean
 
 Value: TypeAlias = float | int | bool | str
@@ -42,6 +43,7 @@ class Parameter:
         Raises:
             InputError: type or range is wrong; the message names both.
         """
+        value = plain(value)  # numpy's numbers are Python's
         if self.kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         # bool is a subclass of int, yet no whole number.
@@ -84,6 +86,8 @@ def checked(
     Raises:
         InputError: a name is unknown, or a value is of the wrong type or out of range.
     """
+    if not isinstance(given, Mapping):
+        raise InputError(f"parameters: {kind_of(given)}: must be a mapping of names to values")
     known = {parameter.name: parameter for parameter in declared}
     for name in given:
         if name not in known:

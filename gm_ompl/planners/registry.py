@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
+from gm_ompl.arguments import kind_of
 from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Row
@@ -96,6 +97,8 @@ def make_planner(name: str, parameters: Mapping[str, Any] | None = None) -> Plan
         UnsoundPlannerError: OMPL has it, but it ignores that motions are one-way.
         InputError: a parameter is unknown, of the wrong type or out of range.
     """
+    if not isinstance(name, str):
+        raise UnknownPlannerError(kind_of(name), PLANNERS)
     if name in UNSOUND:
         raise UnsoundPlannerError(name, UNSOUND[name])
     if name not in PLANNERS:

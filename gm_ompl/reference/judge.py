@@ -72,10 +72,11 @@ class ReferenceJudge:
         self.decisions = 0
         self._decide = decide
         obstacles = [obstacle.body for obstacle in problem.environment.obstacles]
-        self._scene = Scene(problem.body, obstacles, problem.environment.floor)
+        floor, touching = problem.environment.floor, problem.environment.contact_tolerance
+        self._scene = Scene(problem.body, obstacles, floor, touching)
         table = problem.fingers.placements
         self._centres = [table.centres(float(r)) for r in problem.fingers.radius]
-        self._swept = SweptJudge(problem.body, tuple(obstacles), problem.environment.floor)
+        self._swept = SweptJudge(problem.body, tuple(obstacles), floor, touching)
         self._object: dict[bytes, bool] = {}
         self._contacts: dict[Hashable, ContactState] = {}
         self._free: dict[tuple[bytes, int], BoolArray] = {}

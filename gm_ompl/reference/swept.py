@@ -15,7 +15,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.collision import EXACT, allowed_depth
-from gm_ompl.geometry.separation import PlacedPiece, edge_gaps, face_gaps
+from gm_ompl.geometry.separation import TOUCHING, PlacedPiece, edge_gaps, face_gaps
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.motion.arc import Arc
@@ -33,10 +33,14 @@ class SweptJudge:
         body: the object, object frame.
         obstacles: fixed bodies, world frame.
         floor: whether the half space z < 0 is solid.
+        touching: how deep object and environment may overlap, relative to D.
     """
 
-    def __init__(self, body: Body, obstacles: tuple[Body, ...], floor: bool) -> None:
+    def __init__(
+        self, body: Body, obstacles: tuple[Body, ...], floor: bool, touching: float = TOUCHING
+    ) -> None:
         self._body, self._floor = body, floor
+        self._depth = touching * body.diagonal
         self._obstacles = [piece for other in obstacles for piece in other.pieces]
 
     def object_blocked(self, arc: Arc) -> float | None:
@@ -71,15 +75,14 @@ class SweptJudge:
         return None
 
     def _piece(self, sweep: Sweep, piece: ConvexPiece) -> float | None:
-        D = self._body.diagonal
         if self._floor:
-            hit = self._over_floor(sweep, piece.vertices, -allowed_depth(D, piece))
+            hit = self._over_floor(sweep, piece.vertices, -self._depth)
             if hit is not None:
                 return hit
         for other in self._obstacles:
             if _far(sweep, piece.vertices, other, 0.0):
                 continue
-            hit = _halved(_Pair(sweep, piece, other, allowed_depth(D, piece, other)))
+            hit = _halved(_Pair(sweep, piece, other, self._depth))
             if hit is not None:
                 return hit
         return None

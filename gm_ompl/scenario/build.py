@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.errors import GeometryError
+from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.solids import Body, at_centre_of_mass, hull, mass_properties, shifted
-from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
+from gm_ompl.geometry.solids import (
+    Body,
+    at_centre_of_mass,
+    hull,
+    mass_properties,
+    shifted,
+    turned,
+)
+from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
-from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
-from gm_ompl.motion.planar import FULL_TURN, PlanarMotion, planar_lattice
-from gm_ompl.motion.screw import Piece, Slide
+from gm_ompl.motion.path import path_lattice
+from gm_ompl.motion.planar import PlanarMotion, planar_lattice
 from gm_ompl.problem import (
     CostSettings,
     Environment,
@@ -27,22 +33,34 @@ from gm_ompl.problem import (
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
-from gm_ompl.scenario.model import PoseModel, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
+from gm_ompl.scenario.motions import make_motion
+from gm_ompl.scenario.rotations import rotation_matrix
 from gm_ompl.scenario.shapes import body_of
+from gm_ompl.scenario.standing import Ground
 
-TOWARDS = {
-    "+x": np.array([1.0, 0.0, 0.0]),
-    "-x": np.array([-1.0, 0.0, 0.0]),
-    "+y": np.array([0.0, 1.0, 0.0]),
-    "-y": np.array([0.0, -1.0, 0.0]),
-}
-"""The directions a tumble may take, world frame."""
+THICK = 4.0
+"""The least thickness of a convex object, in contact tolerances."""
 
 MAX_NODES = 2**62
 """Nodes are 64-bit numbers."""
 
 
-def build_problem(model: ScenarioModel, document: Document) -> Problem:
+class Built(NamedTuple):
+    """What a scenario comes to.
+
+    Attributes:
+        problem: what the planners see.
+        model: the values, heights that were to be found filled in.
+        warnings: what looks like a mistake.
+    """
+
+    problem: Problem
+    model: ScenarioModel
+    warnings: tuple[ScenarioWarning, ...]
+
+
+def build(model: ScenarioModel, document: Document) -> Built:
     """Return the problem that a valid ``model`` describes.
 
     Raises:
@@ -54,35 +72,44 @@ def build_problem(model: ScenarioModel, document: Document) -> Problem:
     notes.stop()
     assert made is not None
     body, inertia = made
-    motion, start, goal = _motion(model, body, notes)
+    environment = _environment(model, obstacles)
+    _check_thickness(body, environment, notes)
+    ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
+    moving = make_motion(model.motion, ground, notes)
     fingers = make_fingers(model, body, notes)
     notes.stop()
-    assert motion is not None
+    assert moving is not None
     assert fingers is not None
-    lattice = _lattice(model, motion)
+    lattice = _lattice(model, moving.motion)
     _check_size(model, lattice, fingers, notes)
     problem = Problem(
         name=model.name,
         body=body,
         mass=model.object.mass,
         inertia=inertia,
-        environment=Environment(
-            floor=model.environment.floor,
-            obstacles=obstacles,
-            friction=model.friction.environment,
-            patch_points=model.mechanics.patch_points or 0,
-        ),
+        environment=environment,
         fingers=fingers,
-        motion=motion,
+        motion=moving.motion,
         lattice=lattice,
-        start=start,
-        goal=goal,
+        start=moving.start,
+        goal=moving.goal,
         mechanics=_mechanics(model),
         cost=CostSettings(**model.cost.model_dump()),
     )
     _check_poses(problem, notes)
     notes.stop()
-    return problem
+    filled = model.model_copy(update={"motion": moving.model})
+    return Built(problem, filled, tuple(ground.warnings))
+
+
+def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Environment:
+    return Environment(
+        floor=model.environment.floor,
+        obstacles=obstacles,
+        friction=model.friction.environment,
+        patch_points=model.mechanics.patch_points or 0,
+        contact_tolerance=model.mechanics.contact_tolerance,
+    )
 
 
 def _mechanics(model: ScenarioModel) -> MechanicsSettings:
@@ -119,58 +146,35 @@ def _obstacles(model: ScenarioModel, notes: Notes) -> tuple[Obstacle, ...]:
     # By name: programs that write YAML or JSON may sort keys, and the problem must not hang on it.
     for name, obstacle in sorted(model.environment.obstacles.items()):
         path: Path = ("environment", "obstacles", name)
-        body = notes.attempt(path, lambda obstacle=obstacle: body_of(obstacle))  # type: ignore[misc]
+        body = notes.attempt(path, lambda obstacle=obstacle: _obstacle(obstacle))  # type: ignore[misc]
         if body is not None:
             made.append(Obstacle(name, body))
     return tuple(made)
 
 
-def _motion(
-    model: ScenarioModel, body: Body, notes: Notes
-) -> tuple[Motion | None, Coordinates, Goal]:
-    """Return the motion, the start's coordinates and the goal."""
-    if model.motion.planar is not None:
-        return _planar(model)
-    first = Pose.from_yaw(model.motion.start.position, model.motion.start.yaw)
-    pieces: list[Piece] = []
-    pose = first
-    for i, piece in enumerate(model.motion.path or ()):
-        if piece.slide is not None:
-            made: Piece | None = Slide(np.array(piece.slide.by))
-        else:
-            path = ("motion", "path", i, "tumble", "towards")
-            tumble = piece.tumble
-            assert tumble is not None
-            made = notes.attempt(
-                path,
-                lambda tumble=tumble, pose=pose: tumble_towards(  # type: ignore[misc]
-                    body, pose, TOWARDS[tumble.towards], tumble.angle
-                ),
-            )
-        if made is None:
-            return None, (0.0,), Goal((1.0,), (1.0,), (None,))
-        pieces.append(made)
-        pose = made.pose(pose, 1.0)
-    return PathMotion(first, pieces), (0.0,), Goal((1.0,), (1.0,), (None,))
+def _obstacle(model: TurnedObstacle) -> Body:
+    body = body_of(model)
+    if model.rotation is None:
+        return body
+    corners = body.vertices
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    return turned(body, rotation_matrix(model.rotation), middle)
 
 
-def _planar(model: ScenarioModel) -> tuple[PlanarMotion, Coordinates, Goal]:
-    planar, first, last = model.motion.planar, model.motion.start, model.motion.goal
-    assert planar is not None
-    assert last is not None
-    ranges = (planar.x, planar.y, planar.yaw)
-    motion = PlanarMotion(
-        [low for low, _ in ranges], [high for _, high in ranges], first.position[2]
-    )
-    start = motion.wrap((*first.position[:2], first.yaw))
-    if isinstance(last, PoseModel):
-        point = motion.wrap((*last.position[:2], last.yaw))
-        return motion, start, Goal(point, point, motion.periods)
-    low: list[float | None] = [last.x[0], last.y[0], None]
-    high: list[float | None] = [last.x[1], last.y[1], None]
-    if not isinstance(last.yaw, str) and last.yaw[1] - last.yaw[0] < FULL_TURN * (1 - 1e-9):
-        low[2], high[2] = last.yaw
-    return motion, start, Goal(tuple(low), tuple(high), motion.periods)
+def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None:
+    """Note a convex object that is so thin that two opposite faces touch a plane at once."""
+    if len(body.pieces) > 1:
+        return
+    (piece,), D = body.pieces, body.diagonal
+    width = piece.face_offsets - (piece.vertices @ piece.face_normals.T).min(axis=0)
+    thinnest = float(width.min())
+    if thinnest < THICK * environment.contact_tolerance * D:
+        most = float(f"{thinnest / D / (1.01 * THICK):.2g}")
+        text = (
+            f"is {thinnest:.3g} thin, less than {THICK:g} contact tolerances; make it thicker, "
+            f"or set mechanics.contact_tolerance to {most:g} or less"
+        )
+        notes.problems.append(notes.document.line(("object", "shape"), text))
 
 
 def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
@@ -209,12 +213,13 @@ def _check_poses(problem: Problem, notes: Notes) -> None:
     if whole_goal:
         path: Path = ("motion", "path" if problem.motion.dimension == 1 else "goal")
         ends.append(("goal", path, tuple(float(v or 0.0) for v in problem.goal.low)))
+    touching = problem.environment.contact_tolerance
     parts: list[tuple[str, Scene]] = [
-        (f"obstacle {obstacle.name!r}", Scene(problem.body, [obstacle.body], floor=False))
+        (f"obstacle {obstacle.name!r}", Scene(problem.body, [obstacle.body], False, touching))
         for obstacle in problem.environment.obstacles
     ]
     if problem.environment.floor:
-        parts.insert(0, ("the floor", Scene(problem.body, [], floor=True)))
+        parts.insert(0, ("the floor", Scene(problem.body, [], True, touching)))
     for name, where, q in ends:
         pose = problem.motion.pose(q)
         for part, scene in parts:

@@ -25,7 +25,7 @@ LEAST = 1e-15
 """Nor is one that must be positive smaller, for the same reason."""
 
 THINNEST = 1e-5
-"""The shortest side of a box, of its longest: a contact is a gap of 1e-7 of its diagonal."""
+"""The shortest side of a box, of its longest, whatever the contact tolerance."""
 
 MOST_FRICTION = 1e4
 """The flattest cone: its edges are within 0.01 deg of the surface."""

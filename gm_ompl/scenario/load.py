@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Mapping
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
+from gm_ompl.arguments import kind_of
 from gm_ompl.errors import ScenarioError, did_you_mean
 from gm_ompl.reading import Kind, one_line, read_text, refuse_other
 from gm_ompl.scenario.document import Document, parse
+from gm_ompl.scenario.overrides import Changes
 from gm_ompl.scenario.scenario import Scenario
 
 MAX_BYTES = 8 * 1024 * 1024
@@ -19,17 +22,21 @@ MAX_BYTES = 8 * 1024 * 1024
 SUFFIXES = (".yaml", ".yml", ".json")
 
 
-def load(name: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
-    """Return the scenario of a shipped name, a random family's name, or a file.
+def load(name: str | os.PathLike[str] | Mapping[str, Any], overrides: Changes = ()) -> Scenario:
+    """Return the scenario of a shipped name, a random family's name, or a file, or in a mapping.
 
     Args:
         name: "paper/slide", "random/tumble/17", or a path; what exists as a file, ends in
-            .yaml, .yml or .json, or is a ``PathLike`` is a file.
-        overrides: "KEY=VALUE", as ``--set`` takes them.
+            .yaml, .yml or .json, or is a ``PathLike`` is a file. A mapping has a file's keys.
+        overrides: "KEY=VALUE" as ``--set`` takes them, one or several, or values by dotted key.
 
     Raises:
         ScenarioError: no such scenario, or one line per mistake in it.
     """
+    if isinstance(name, Mapping):
+        return Scenario.from_mapping(name, overrides)
+    if not isinstance(name, (str, os.PathLike)):
+        raise ScenarioError(f"scenario: {kind_of(name)}: must be a name, a file or a mapping")
     return Scenario.from_document(read(name), overrides)
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Field, Tag
 
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.scenario.fields import (
     Angle,
     AngleInterval,
@@ -30,6 +31,8 @@ from gm_ompl.scenario.fields import (
     Whole,
     word_or,
 )
+from gm_ompl.scenario.poses import PoseModel, RegionModel, pose_or_region
+from gm_ompl.scenario.rotations import RotationModel
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -105,29 +108,19 @@ class FingersModel(Strict):
     goal: Hand = "any"
 
 
+class TurnedObstacle(ObstacleModel):
+    """An obstacle, and how it is turned where it stands."""
+
+    rotation: RotationModel | None = Field(
+        default=None, description="about the middle of its bounding box"
+    )
+
+
 class EnvironmentModel(Strict):
     """Floor and obstacles."""
 
     floor: Flag = True
-    obstacles: dict[str, ObstacleModel] = Field(default_factory=dict)
-
-
-class PoseModel(Strict):
-    """Position of the centre of mass, and yaw."""
-
-    position: Vector
-    yaw: Angle = 0.0
-
-
-class RegionModel(Strict):
-    """A planar goal region."""
-
-    x: Interval
-    y: Interval
-    yaw: Annotated[
-        Annotated[Literal["any"], Tag("<word>")] | Annotated[AngleInterval, Tag("<range>")],
-        word_or("<range>"),
-    ] = "any"
+    obstacles: dict[str, TurnedObstacle] = Field(default_factory=dict)
 
 
 class SlideModel(Strict):
@@ -158,14 +151,6 @@ class PlanarModel(Strict):
     yaw: AngleInterval
 
 
-def _pose_or_region(value: object) -> str:
-    """Tell by the keys; pydantic asks for values already made, too."""
-    if isinstance(value, RegionModel):
-        return "<region>"
-    keys = set(value) if isinstance(value, dict) else set()
-    return "<region>" if keys & {"x", "y"} and "position" not in keys else "<pose>"
-
-
 class MotionModel(Strict):
     """Start, and a path or planar degrees of freedom."""
 
@@ -175,7 +160,7 @@ class MotionModel(Strict):
     goal: (
         Annotated[
             Annotated[PoseModel, Tag("<pose>")] | Annotated[RegionModel, Tag("<region>")],
-            Discriminator(_pose_or_region),
+            Discriminator(pose_or_region),
         ]
         | None
     ) = None
@@ -209,6 +194,10 @@ class MechanicsModel(Strict):
     directions: Literal[76] = 76
     z_min: Positive = 0.5
     backend: Literal["kernel", "highs"] = "kernel"
+    contact_tolerance: Annotated[Number, Field(ge=1e-9, le=1e-3)] = Field(
+        default=TOUCHING,
+        description="a gap or overlap of at most this, relative to the object's size, is a contact",
+    )
     patch_points: Annotated[Whole, Field(ge=0, le=8)] | None = Field(
         default=None,
         description="how finely contact patches are filled with points where they turn",

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import Strict
-from gm_ompl.scenario.model import MAX_COUNT, ScenarioModel
+from gm_ompl.scenario.headings import goal_tilt, goal_yaw, start_yaw
+from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel
+from gm_ompl.scenario.poses import PoseModel, RegionModel
 
 Finding: TypeAlias = tuple[Path, object, str]
 """Path, value (or ``...`` where the message needs none), what would be right."""
+
+Wanted: TypeAlias = dict[str, tuple[Path, tuple[float, ...]]]
+"""Per coordinate where its value stands, and its least and greatest value."""
 
 
 def one_of(path: Path, part: Strict, keys: tuple[str, ...]) -> Iterator[Finding]:
@@ -27,6 +32,8 @@ def motion_findings(model: ScenarioModel) -> Iterator[Finding]:
     """Yield the mistakes in ``motion``."""
     motion = model.motion
     yield from one_of(("motion",), motion, ("path", "planar"))
+    wrong = [*_pose(("motion", "start"), motion.start), *_pose(("motion", "goal"), motion.goal)]
+    yield from wrong
     for i, piece in enumerate(motion.path or ()):
         path: Path = ("motion", "path", i)
         yield from one_of(path, piece, ("slide", "tumble"))
@@ -42,8 +49,21 @@ def motion_findings(model: ScenarioModel) -> Iterator[Finding]:
             )
     if motion.path is not None and motion.goal is not None:
         yield ("motion", "goal"), ..., "a path ends at its last piece; leave goal out"
-    if motion.planar is not None:
+    if motion.planar is not None and not wrong:
         yield from _planar(model)
+
+
+def _pose(path: Path, part: PoseModel | RegionModel | None) -> Iterator[Finding]:
+    """Yield what is wrong with a start or goal by itself."""
+    if not isinstance(part, PoseModel):
+        return
+    for i, value in enumerate(part.position[:2]):
+        if isinstance(value, str):
+            wanted = "must be a finite number; only the third, the height, may be rest"
+            yield (*path, "position", i), value, wanted
+    if part.rotation is not None and part.yaw:
+        wanted = "give either yaw or rotation; a rotation may hold yaw: rotation: {yaw: 30 deg}"
+        yield (*path, "yaw"), ..., wanted
 
 
 def _planar(model: ScenarioModel) -> Iterator[Finding]:
@@ -59,34 +79,29 @@ def _planar(model: ScenarioModel) -> Iterator[Finding]:
     if motion.goal is None:
         yield ("motion", "goal"), ..., "missing; a planar motion needs a goal (pose or region)"
         return
-    yield from _within(bounds, ("motion", "start"), _wanted(motion.start))
-    yield from _within(bounds, ("motion", "goal"), _wanted(motion.goal))
-    position = getattr(motion.goal, "position", None)
-    height = motion.start.position[2]
-    if position is not None and not math.isclose(
-        position[2], height, rel_tol=1e-9, abs_tol=1e-9 * max(map(abs, position))
-    ):
-        yield (
-            ("motion", "goal", "position", 2),
-            position[2],
-            f"must equal the start's height {height!r}: the motion is planar",
+    tilt = goal_tilt(motion, motion.goal) if isinstance(motion.goal, PoseModel) else 0.0
+    if tilt:
+        wanted = (
+            f"tilts the object by {math.degrees(tilt):.3g} deg against the start; a planar motion "
+            "turns it about the vertical alone: give yaw"
         )
+        yield ("motion", "goal", "rotation"), ..., wanted
+    yield from _within(bounds, ("motion", "start"), _wanted(motion, motion.start))
+    yield from _within(bounds, ("motion", "goal"), _wanted(motion, motion.goal))
 
 
-def _wanted(part: Any) -> dict[str, tuple[Path, tuple[float, ...]]]:
+def _wanted(motion: MotionModel, part: PoseModel | RegionModel) -> Wanted:
     """Return per coordinate where its value stands and its least and greatest value."""
-    if hasattr(part, "position"):
-        x, y, _ = part.position
+    if isinstance(part, PoseModel):
+        (x, y), key = part.xy, "yaw" if part.rotation is None else "rotation"
+        yaw = start_yaw(motion) if part is motion.start else goal_yaw(motion, part)
         return {
             "x": (("position", 0), (x, x)),
             "y": (("position", 1), (y, y)),
-            "yaw": (("yaw",), (part.yaw, part.yaw)),
+            "yaw": ((key,), (yaw, yaw)),
         }
-    found: dict[str, tuple[Path, tuple[float, ...]]] = {
-        "x": (("x",), part.x),
-        "y": (("y",), part.y),
-    }
-    if part.yaw != "any":
+    found: Wanted = {"x": (("x",), part.x), "y": (("y",), part.y)}
+    if not isinstance(part.yaw, str):
         found["yaw"] = (("yaw",), part.yaw)
     return found
 
@@ -94,7 +109,7 @@ def _wanted(part: Any) -> dict[str, tuple[Path, tuple[float, ...]]]:
 def _within(
     bounds: dict[str, tuple[float, ...]],
     path: Path,
-    wanted: dict[str, tuple[Path, tuple[float, ...]]],
+    wanted: Wanted,
 ) -> Iterator[Finding]:
     for key, (below, (least, most)) in wanted.items():
         low, high = bounds[key]

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import copy
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from gm_ompl.errors import ScenarioError
+from gm_ompl.arguments import plain
+from gm_ompl.errors import ScenarioError, ScenarioWarning
 from gm_ompl.problem import Problem
-from gm_ompl.scenario.build import build_problem
+from gm_ompl.scenario.build import build
 from gm_ompl.scenario.checks import findings
-from gm_ompl.scenario.document import Document, apply_overrides
+from gm_ompl.scenario.document import Document
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
-from gm_ompl.scenario.model import ExpectModel, ScenarioModel
+from gm_ompl.scenario.model import FORMAT, ExpectModel, ScenarioModel
+from gm_ompl.scenario.overrides import Changes, apply_overrides
 from gm_ompl.scenario.shapes import with_meshes
 
 MAX_SHOWN = 40
@@ -30,15 +34,17 @@ class Scenario:
         model: the values.
         document: where each of them stands.
         problem: what the planners see.
+        warnings: where the object floats or touches nothing: perhaps not what was meant.
     """
 
     model: ScenarioModel
     document: Document
     problem: Problem
+    warnings: tuple[ScenarioWarning, ...] = ()
 
     @classmethod
-    def from_document(cls, document: Document, overrides: Iterable[str] = ()) -> Scenario:
-        """Return the scenario in ``document`` with ``overrides`` ("KEY=VALUE") applied.
+    def from_document(cls, document: Document, overrides: Changes = ()) -> Scenario:
+        """Return the scenario in ``document`` with ``overrides`` applied.
 
         Raises:
             ScenarioError: one line per mistake.
@@ -52,8 +58,46 @@ class Scenario:
                 more = f"{document.label}: and {len(problems) - MAX_SHOWN} more mistakes"
                 problems[MAX_SHOWN:] = [more]
             raise ScenarioError(problems)
-        model = with_meshes(model, document)
-        return cls(model, document, build_problem(model, document))
+        built = build(with_meshes(model, document), document)
+        return cls(built.model, document, built.problem, built.warnings)
+
+    @classmethod
+    def from_mapping(cls, tree: Mapping[str, Any], overrides: Changes = ()) -> Scenario:
+        """Return the scenario that a mapping with the file's keys describes.
+
+        Numbers and arrays may be numpy's, lists tuples; angles are text with their unit, as in a
+        file. ``format`` and ``name`` may be left out. Mesh files are looked for from the folder at
+        hand.
+
+        Raises:
+            ScenarioError: one line per mistake.
+        """
+        document = Document("scenario", folder=FilePath())
+        problems: list[str] = []
+        try:
+            found = plain(tree, lambda path, text: problems.append(document.line(path, text)))
+        except RecursionError:
+            raise ScenarioError("scenario: nested too deeply for a scenario") from None
+        if problems:
+            raise ScenarioError(problems)
+        assert isinstance(found, dict)
+        document.tree = {"format": FORMAT, "name": "unnamed", **found}
+        return cls.from_document(document, overrides)
+
+    def with_(self, changes: Changes) -> Scenario:
+        """Return this scenario with some values replaced; nothing else of it changes.
+
+        Args:
+            changes: values by dotted key, list items by number, as in
+                ``{"fingers.max_normal_force": 5, "motion.start.position.2": "rest"}``; or, as
+                ``--set`` takes them, one "KEY=VALUE" or a list of such.
+
+        Raises:
+            ScenarioError: one line per mistake.
+        """
+        old = self.document
+        tree, places = copy.deepcopy(old.tree), dict(old.places)
+        return self.from_document(Document(old.label, tree, places, [], old.folder), changes)
 
     @classmethod
     def from_resolved(cls, tree: Mapping[str, Any], label: str = "scenario") -> Scenario:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gm_ompl.check import check
-from gm_ompl.errors import InputError, PlanFileError
+from gm_ompl.errors import InputError, PlanError
 from gm_ompl.plan import Plan
 from tests.check.tampering import CASES, Draft, put, total
 
@@ -64,11 +64,11 @@ FORMAT = {
 
 @pytest.mark.parametrize("name", FORMAT)
 def test_what_is_no_plan_file_is_bad_input(draft: Draft, tmp_path: Path, name: str) -> None:
-    """Tampering with the format itself is a PlanFileError that names the key."""
+    """Tampering with the format itself is a PlanError that names the key."""
     FORMAT[name](draft)
     file = tmp_path / "plan.json"
     file.write_text(json.dumps(draft), encoding="utf-8")
-    with pytest.raises(PlanFileError, match=r"plan\.json:1: \w+"):
+    with pytest.raises(PlanError, match=r"plan\.json:1: \w+"):
         check(file)
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -72,12 +73,15 @@ def test_points_inside_the_patch_are_dropped() -> None:
 
 
 @pytest.mark.parametrize("environment", [surroundings(), surroundings(SLAB, floor=False)])
-@pytest.mark.parametrize(("gap", "points"), [(0.9e-7, 4), (-0.9e-7, 4), (1.1e-7, 0), (-1.1e-7, 0)])
-def test_contact_ends_at_a_gap_of_1e_7_diagonals(
-    environment: Environment, gap: float, points: int
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
+@pytest.mark.parametrize(("gap", "points"), [(0.9, 4), (-0.9, 4), (1.1, 0), (-1.1, 0)])
+def test_contact_ends_at_the_tolerance(
+    environment: Environment, gap: float, points: int, tolerance: float
 ) -> None:
-    """Floor and obstacle alike touch up to a gap or depth of 1e-7 D, and not beyond."""
-    pose = Pose(np.eye(3), STANDING.position + np.array([0, 0, gap * TALL.diagonal]))
+    """Floor and obstacle alike touch up to a gap or depth of the tolerance, and not beyond."""
+    environment = dataclasses.replace(environment, contact_tolerance=tolerance)
+    rise = gap * tolerance * TALL.diagonal
+    pose = Pose(np.eye(3), STANDING.position + np.array([0, 0, rise]))
     assert len(environment_contacts(TALL, environment, pose).points) == points
 
 

@@ -14,6 +14,7 @@ from gm_ompl.geometry.surface import placements
 
 RandomHull = Callable[[np.random.Generator, float], ConvexPiece]
 RandomPose = Callable[[np.random.Generator, float], Pose]
+TOUCHING = 1e-5  # of D: the conventions' contact tolerance
 EXACT, COARSE = 1e-9, 1e-6  # of D: the conventions' tolerances for boxes and for hulls
 SIZES = [1e-3, 1.0, 1e3]
 UPRIGHT = Pose(np.eye(3), np.zeros(3))
@@ -82,7 +83,7 @@ def test_object_may_touch_but_not_penetrate(
             continue  # sliding to contact went round a corner
         cases += 1
         scene = Scene(Body((a,)), [Body((b,))], floor=False)
-        tolerance = (EXACT if kinds == "box box" else COARSE) * D
+        tolerance = TOUCHING * D
         for depth, free in ((0.0, True), (0.3, True), (3.0, False)):
             there = Pose(pose.rotation, pose.position - depth * tolerance * found.normal)
             assert scene.object_free(there) == free, (depth, found)
@@ -111,21 +112,21 @@ def test_object_free_agrees_with_the_separating_axes(reach: float, random_hull: 
             spot = spot + b.face_normals[face] * rng.uniform(-0.5, 2.0)
             pose = Pose.from_quaternion(spot, rng.normal(size=4))
             width = gap(PlacedPiece(a, pose), PlacedPiece(b)).width
-            assert scene.object_free(pose) == (width >= -COARSE * Body((a,)).diagonal)
+            assert scene.object_free(pose) == (width >= -TOUCHING * Body((a,)).diagonal)
             outcomes.append(width > 0)
     assert 0.1 < np.mean(outcomes) < 0.9
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_floor_is_exact(size: float) -> None:
-    """A box standing, tilted or on a corner may touch the floor; 3e-9 D below it may not."""
+    """A box standing, tilted or on a corner may touch the floor, not lie 3 tolerances below."""
     rng = np.random.default_rng(12)
     body = Body((box(np.array([-1, -2, -3]) * size, np.array([1, 2, 3]) * size),))
     scene = Scene(body, [], floor=True)
     for quaternion in [[1, 0, 0, 0], [1, 0.3, 0, 0], *rng.normal(size=(20, 4))]:
         flat = Pose.from_quaternion([0, 0, 0], quaternion)
         low = flat.apply(body.vertices)[:, 2].min()
-        for depth, free in ((0.0, True), (3e-9 * body.diagonal, False)):
+        for depth, free in ((0.0, True), (3 * TOUCHING * body.diagonal, False)):
             assert scene.object_free(Pose(flat.rotation, np.array([0, 0, -low - depth]))) == free
 
 

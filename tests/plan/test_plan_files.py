@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gm_ompl.errors import PlanFileError
+from gm_ompl.errors import PlanError
 from gm_ompl.plan import Plan, SegmentRecord, Statistics
 from gm_ompl.plan import files as plan_files
 from gm_ompl.plan.files import dumps
@@ -162,7 +162,7 @@ def test_mistakes_are_named(
     tamper(document)
     file = tmp_path / "broken.json"
     file.write_text(json.dumps(document, indent=1), encoding="utf-8")
-    with pytest.raises(PlanFileError) as caught:
+    with pytest.raises(PlanError) as caught:
         Plan.load(file)
     message = str(caught.value)
     assert message.startswith(f"{file}:")
@@ -178,7 +178,7 @@ def test_the_line_is_the_value_s_line(document: dict[str, Any], tmp_path: Path) 
     file.write_text(json.dumps(document, indent=1), encoding="utf-8")
     lines = file.read_text(encoding="utf-8").splitlines()
     want = next(number for number, line in enumerate(lines, 1) if '"z": "high"' in line)
-    with pytest.raises(PlanFileError, match=rf":{want}: steps\[1\]\.z: "):
+    with pytest.raises(PlanError, match=rf":{want}: steps\[1\]\.z: "):
         Plan.load(file)
 
 
@@ -187,12 +187,12 @@ def test_every_mistake_is_named_at_once(document: dict[str, Any], tmp_path: Path
     document.update(status="done", cost="1")
     file = tmp_path / "broken.json"
     file.write_text(json.dumps(document), encoding="utf-8")
-    with pytest.raises(PlanFileError) as caught:
+    with pytest.raises(PlanError) as caught:
         Plan.load(file)
     assert len(str(caught.value).splitlines()) == 2
     document["steps"] = [3] * 500
     file.write_text(json.dumps(document), encoding="utf-8")
-    with pytest.raises(PlanFileError, match="and 482 more mistakes"):
+    with pytest.raises(PlanError, match="and 482 more mistakes"):
         Plan.load(file)
 
 
@@ -215,14 +215,14 @@ def test_what_is_no_plan_is_refused(tmp_path: Path, name: str) -> None:
     content, word = NOT_PLANS[name]
     file = tmp_path / "other.json"
     file.write_bytes(content)
-    with pytest.raises(PlanFileError, match=word):
+    with pytest.raises(PlanError, match=word):
         Plan.load(file)
 
 
 def test_unreadable_paths_are_refused(tmp_path: Path) -> None:
-    """A path that is missing, or a folder, is a PlanFileError."""
+    """A path that is missing, or a folder, is a PlanError."""
     for path, words in ((tmp_path / "missing.json", "no such file"), (tmp_path, "is a folder")):
-        with pytest.raises(PlanFileError, match=words):
+        with pytest.raises(PlanError, match=words):
             Plan.load(path)
 
 
@@ -233,7 +233,7 @@ def test_a_huge_file_is_not_read(
     file = tmp_path / "plan.json"
     plan.save(file)
     monkeypatch.setattr(plan_files, "KIND", dataclasses.replace(plan_files.KIND, most=100))
-    with pytest.raises(PlanFileError, match="at most 100 bytes"):
+    with pytest.raises(PlanError, match="at most 100 bytes"):
         Plan.load(file)
 
 
@@ -248,15 +248,15 @@ def test_saving_is_whole_or_not_at_all(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    with pytest.raises(PlanFileError, match="No space left on device"):
+    with pytest.raises(PlanError, match="No space left on device"):
         plan.save(file)
     assert file.read_text(encoding="utf-8") == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
 def test_saving_where_there_is_no_folder(plan: Plan, tmp_path: Path) -> None:
-    """A folder that does not exist is a PlanFileError."""
-    with pytest.raises(PlanFileError, match="cannot write"):
+    """A folder that does not exist is a PlanError."""
+    with pytest.raises(PlanError, match="cannot write"):
         plan.save(tmp_path / "nowhere" / "plan.json")
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from gm_ompl import api
-from gm_ompl.errors import PlanFileError
+from gm_ompl.errors import PlanError
 from gm_ompl.plan.model import Plan
 from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.scenario import Scenario
@@ -117,5 +117,5 @@ def test_an_old_plan_is_refused_with_its_reason(tmp_path: Path) -> None:
         step.pop("way", None)
     file = tmp_path / "old.json"
     file.write_text(json.dumps(old), encoding="utf-8")
-    with pytest.raises(PlanFileError, match=r"gm-ompl-plan/1.*plan again"):
+    with pytest.raises(PlanError, match=r"gm-ompl-plan/1.*plan again"):
         Plan.load(file)

@@ -133,7 +133,8 @@ def test_no_fingers_need_no_placement() -> None:
     for key, value in (("margin", 10), ("smallest_face", 0.9)):
         bare = scenario({"box": [2, 2, 2]}, {key: value}, fingers=0)
         assert len(bare.problem.fingers.placements) == 0
-        assert gm_ompl.plan(bare).status == "infeasible"
+        with pytest.warns(gm_ompl.ScenarioWarning, match="touches nothing"):
+            assert gm_ompl.plan(bare).status == "infeasible"
 
 
 @pytest.mark.parametrize("planner", sorted(PLANNERS))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 
 from gm_ompl import clock
+from gm_ompl.arguments import whole
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
@@ -25,10 +26,10 @@ from gm_ompl.scenario.scenario import Scenario
 
 
 def setup(
-    scenario: Scenario | str | os.PathLike[str],
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
     planner: str | None = None,
     *,
-    seed: int = 0,
+    seed: SupportsIndex = 0,
     parameters: Mapping[str, Any] | None = None,
 ) -> HybridSetup:
     """Return a scenario as OMPL's ``og.SimpleSetup``, ready to be solved.
@@ -37,7 +38,7 @@ def setup(
     Set any planner of OMPL that is sound for one-way motion, or name one here.
 
     Args:
-        scenario: what to plan: a loaded scenario, a shipped name, or a file.
+        scenario: what to plan: a loaded scenario, a shipped name, a file, or a mapping.
         planner: any name that ``gm_ompl.plan`` takes; None is "RRTConnect".
         seed: of OMPL's random numbers and ours. OMPL's are global: of two setups, the last counts.
         parameters: the planner's own parameters.
@@ -45,8 +46,7 @@ def setup(
     Raises:
         InputError: the scenario, the planner's name or a parameter is wrong.
     """
-    if seed < 0:
-        raise InputError(f"seed: {seed}: must be a whole number >= 0")
+    seed = whole("seed", seed, 0)
     searcher = make_planner(planner or "RRTConnect", parameters)
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
     prepare(given.problem)

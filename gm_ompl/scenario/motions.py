@@ -1,0 +1,160 @@
+"""The object's motion, start and goal, made from the checked values."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gm_ompl.contact.projection import UPRIGHT_WAYS
+from gm_ompl.geometry.pose import Pose, rotation_about
+from gm_ompl.motion.lattice import Coordinates, Goal
+from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.path import PathMotion, tumble_towards
+from gm_ompl.motion.planar import FULL_TURN, PlanarMotion
+from gm_ompl.motion.screw import Piece, Slide
+from gm_ompl.motion.straight import heading
+from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.headings import (
+    UP,
+    attitude_of,
+    goal_yaw,
+    start_attitude,
+    start_rotation,
+    start_yaw,
+)
+from gm_ompl.scenario.messages import Notes
+from gm_ompl.scenario.model import MotionModel
+from gm_ompl.scenario.poses import REST, PoseModel, RegionModel
+from gm_ompl.scenario.standing import Ground
+
+TOWARDS = {
+    "+x": np.array([1.0, 0.0, 0.0]),
+    "-x": np.array([-1.0, 0.0, 0.0]),
+    "+y": np.array([0.0, 1.0, 0.0]),
+    "-y": np.array([0.0, -1.0, 0.0]),
+}
+"""The directions a tumble may take, world frame."""
+
+END = Goal((1.0,), (1.0,), (None,))
+"""Where a path ends."""
+
+HEIGHT: Path = ("position", 2)
+
+
+class Moving(NamedTuple):
+    """How the object moves.
+
+    Attributes:
+        motion: its degrees of freedom.
+        start: coordinates of the start.
+        goal: where it must end.
+        model: the scenario's values, heights that were to be found filled in.
+    """
+
+    motion: Motion
+    start: Coordinates
+    goal: Goal
+    model: MotionModel
+
+
+def make_motion(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
+    """Return the motion, or None after noting what is wrong with it."""
+    model = _with_height(model, "start", ground, notes)
+    if model.start.height is None:
+        return None
+    if model.planar is not None:
+        return _planar(model, ground, notes)
+    return _path(model, ground, notes)
+
+
+def _with_height(model: MotionModel, key: str, ground: Ground, notes: Notes) -> MotionModel:
+    """Return ``model`` with the height of its start or goal, where that was to be found."""
+    part: PoseModel = getattr(model, key)
+    if part.height is not None:
+        return model
+    rotation = start_rotation(model.start)
+    if part is not model.start:
+        turn = rotation_about(UP, goal_yaw(model, part) - start_yaw(model))
+        rotation = turn @ rotation
+    path = ("motion", key, *HEIGHT)
+    z = notes.attempt(path, lambda: ground.height(rotation, part.xy))
+    found = part if z is None else part.model_copy(update={"position": (*part.xy, z)})
+    return model.model_copy(update={key: found})
+
+
+def _path(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
+    start = model.start
+    position = np.array([*start.xy, start.height])
+    first = ground.exact(Pose(start_rotation(start), position))
+    pieces: list[Piece] = []
+    pose, touching = first, ground.environment.contact_tolerance
+    for i, piece in enumerate(model.path or ()):
+        if piece.slide is not None:
+            made: Piece | None = Slide(np.array(piece.slide.by))
+        else:
+            path = ("motion", "path", i, "tumble", "towards")
+            tumble = piece.tumble
+            assert tumble is not None
+            made = notes.attempt(
+                path,
+                lambda tumble=tumble, pose=pose: tumble_towards(  # type: ignore[misc]
+                    ground.body, pose, TOWARDS[tumble.towards], tumble.angle, touching
+                ),
+            )
+        if made is None:
+            return None
+        pieces.append(made)
+        pose = made.pose(pose, 1.0)
+    ground.look("start", ("motion", "start"), first)
+    if not ground.warnings:  # else the goal is as wrong as the start, and for its reason
+        ground.look("goal", ("motion", "path"), pose)
+    return Moving(PathMotion(first, pieces), (0.0,), END, model)
+
+
+def _planar(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
+    planar = model.planar
+    assert planar is not None
+    (x, y), yaw, attitude = model.start.xy, start_yaw(model), start_attitude(model)
+    given = heading([x, y, float(model.start.height or 0.0)], yaw, attitude)
+    first = ground.exact(given, UPRIGHT_WAYS)
+    if first is not given:
+        attitude = attitude_of(first.rotation, yaw)
+    ranges = (planar.x, planar.y, planar.yaw)
+    low, high = [least for least, _ in ranges], [most for _, most in ranges]
+    motion = PlanarMotion(low, high, float(first.position[2]), attitude)
+    ground.look("start", ("motion", "start"), first)
+    start = motion.wrap((x, y, yaw))
+    last = model.goal
+    assert last is not None
+    if isinstance(last, RegionModel):
+        return Moving(motion, start, _region(last, motion), model)
+    model = _with_height(model, "goal", ground, notes)
+    assert isinstance(model.goal, PoseModel)
+    _level(model.goal, last, motion.height, ground, notes)
+    point = motion.wrap((*last.xy, goal_yaw(model, last)))
+    if not ground.warnings:
+        ground.look("goal", ("motion", "goal"), motion.pose(point))
+    return Moving(motion, start, Goal(point, point, motion.periods), model)
+
+
+def _level(goal: PoseModel, given: PoseModel, height: float, ground: Ground, notes: Notes) -> None:
+    """Note a goal that is not as high as the start."""
+    z = goal.height
+    if z is None or abs(z - height) <= ground.environment.contact_tolerance * ground.body.diagonal:
+        return
+    path = ("motion", "goal", *HEIGHT)
+    if given.height is None:
+        wanted = f"finds {z!r}, but the start's height is {height!r}: the motion is planar"
+        notes.wrong(path, REST, wanted)
+    else:
+        wanted = f"must equal the start's height {height!r}: the motion is planar"
+        notes.wrong(path, z, wanted)
+
+
+def _region(last: RegionModel, motion: PlanarMotion) -> Goal:
+    low: list[float | None] = [last.x[0], last.y[0], None]
+    high: list[float | None] = [last.x[1], last.y[1], None]
+    if not isinstance(last.yaw, str) and last.yaw[1] - last.yaw[0] < FULL_TURN * (1 - 1e-9):
+        low[2], high[2] = last.yaw
+    return Goal(tuple(low), tuple(high), motion.periods)
