@@ -14,6 +14,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
+from gm_ompl.geometry.shells import inside
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
 
@@ -51,18 +52,16 @@ def solid(mesh: TriangleMesh) -> Body:
     dents = {fragment.plane for fragment in root.fragments}
     if len(dents) > MAX_DENTS:
         raise GeometryError(
-            f"the mesh is not convex along {len(dents)} planes; at most {MAX_DENTS} are cut. "
-            "Simplify its hollows, or give the shape as pieces"
+            f"the mesh is not convex along {len(dents)} planes; at most {MAX_DENTS} are cut"
         )
     try:
         cells = _leaves(root, planes, mesh)
     except GeometryError as error:
         raise GeometryError(f"the mesh is too thin somewhere to be cut: {error}") from None
-    pieces = _merged([cell for cell in cells if _inside(cell, mesh)], mesh.extent)
+    pieces = _merged([cell for cell in cells if inside(cell.vertices.mean(axis=0), mesh.corners)], mesh.extent)
     if len(pieces) > MAX_PIECES:
         raise GeometryError(
-            f"the mesh falls into {len(pieces)} convex pieces; at most {MAX_PIECES} are taken. "
-            "Simplify its hollows, or give the shape as pieces"
+            f"the mesh falls into {len(pieces)} convex pieces; at most {MAX_PIECES} are taken"
         )
     _check_volume(mesh, pieces)
     return Body(pieces, faces)
@@ -189,17 +188,6 @@ def _half(
         if len(corners) >= 3:
             kept.append(Fragment(np.array(corners), fragment.plane))
     return kept
-
-
-def _inside(piece: ConvexPiece, mesh: TriangleMesh) -> bool:
-    """Whether the middle of a leaf lies in the mesh: its winding number, from solid angles."""
-    a, b, c = (mesh.corners - piece.vertices.mean(axis=0)).transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    volume_of = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
-    ab, bc, ca = dots
-    angle = 2.0 * np.arctan2(volume_of, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return bool(angle.sum() > 2.0 * np.pi)
 
 
 def _merged(pieces: list[ConvexPiece], extent: float) -> tuple[ConvexPiece, ...]:

@@ -25,6 +25,10 @@ PARALLEL = 1e-9
 """Directions with a smaller sine between them count as parallel."""
 
 
+class CrowdedError(GeometryError):
+    """Points are so close together that faces cannot be told apart."""
+
+
 @dataclass(frozen=True, eq=False)
 class Polyhedron:
     """A convex polyhedron's corners, faces and edge directions (see ``ConvexPiece``)."""
@@ -119,7 +123,7 @@ def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
     normals = normals[order]
     edges = {(a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     if any(len(face) < 3 for face in faces) or any((b, a) not in edges for a, b in edges):
-        raise GeometryError(
+        raise CrowdedError(
             "a hull's points are too close together to tell its faces apart; leave out points "
             f"nearer than {COPLANAR:g} of its extent to a face or an edge"
         )
@@ -148,8 +152,11 @@ def _from_least(ring: list[int]) -> tuple[int, ...]:
 
 def directions(vectors: Array) -> Array:
     """Return one unit vector (e, 3) per set of parallel ``vectors``, in order of appearance."""
-    kept: list[Array] = []
-    for vector in vectors / np.linalg.norm(vectors, axis=1, keepdims=True):
-        if not kept or np.linalg.norm(np.cross(kept, vector), axis=1).min() > PARALLEL:
-            kept.append(vector)
-    return np.array(kept)
+    from scipy.spatial import cKDTree
+
+    units = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    tree = cKDTree(units)
+    near = [tree.query_ball_point(sign * units, PARALLEL) for sign in (1.0, -1.0)]
+    first = [min((*same, *opposite)) for same, opposite in zip(*near, strict=True)]
+    distinct: Array = units[np.array(first) == np.arange(len(units))]
+    return distinct

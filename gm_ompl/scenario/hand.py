@@ -13,6 +13,7 @@ from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.shapes import is_mesh
 
 MAX_PLACEMENTS = 200_000
 """More grid points than this on all faces together are refused."""
@@ -61,14 +62,14 @@ def _margin(model: ScenarioModel, body: Body) -> float:
     margin = model.fingers.placements.margin
     if margin is not None:
         return margin
-    return MESH_MARGIN * body.diagonal if model.object.shape.mesh is not None else 0.0
+    return MESH_MARGIN * body.diagonal if is_mesh(model.object.shape) else 0.0
 
 
 def _smallest_face(model: ScenarioModel) -> float:
     least = model.fingers.placements.smallest_face
     if least is not None:
         return least
-    return MESH_SMALLEST_FACE if model.object.shape.mesh is not None else 0.0
+    return MESH_SMALLEST_FACE if is_mesh(model.object.shape) else 0.0
 
 
 def _faces(model: ScenarioModel, body: Body, labels: tuple[str, ...]) -> tuple[str, ...]:

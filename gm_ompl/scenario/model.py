@@ -19,17 +19,16 @@ from gm_ompl.scenario.fields import (
     Matrix,
     NotNegative,
     Number,
-    ObstacleModel,
     OneOrManyNotNegative,
     OneOrManyPositive,
     Positive,
-    Shape,
     Strict,
     Text,
     Vector,
     Whole,
     word_or,
 )
+from gm_ompl.scenario.shape_fields import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
