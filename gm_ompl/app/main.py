@@ -64,6 +64,7 @@ VERBS = {
     "view": (show_verbs.ViewVerb, ".showing:view_command"),
     "plot": (show_verbs.PlotVerb, ".showing:plot_command"),
     "export": (show_verbs.ExportVerb, ".showing:export_command"),
+    "inspect": (show_verbs.InspectVerb, ".inspecting:inspect_command"),
     "execute": (show_verbs.ExecuteVerb, ".executing:execute_command"),
     "compare": (study_verbs.CompareVerb, ".comparing:compare_command"),
     "tune": (study_verbs.TuneVerb, ".tuning:tune_command"),

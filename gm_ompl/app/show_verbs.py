@@ -1,4 +1,4 @@
-"""The options of the verbs that show and play a saved plan: view, plot, export, execute."""
+"""The options of the verbs that show: view, plot, export, execute a plan; inspect a shape."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gm_ompl.app.options import AsJson, Speed
+from gm_ompl.app.options import AsJson, Overrides, Speed
 
 
 @dataclass(frozen=True)
@@ -105,5 +105,22 @@ class ExecuteVerb:
     plot: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Draw measured and planned forces: .png, .svg or .pdf."),
+    ] = None
+    as_json: AsJson = False
+
+
+@dataclass(frozen=True)
+class InspectVerb:
+    """Show a mesh, or a scenario's object: size, mass, how it can lie, pieces, faces.
+
+    For a mesh, --set takes the keys that stand beside mesh: in a scenario, as in
+    --set scale=0.001 --set convex=hull. Mass properties are those of uniform density; a mesh has
+    mass 1.
+    """
+
+    mesh: Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a scenario.")]
+    overrides: Overrides = None
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a stand-alone page that shows it.")
     ] = None
     as_json: AsJson = False

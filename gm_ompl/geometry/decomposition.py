@@ -14,6 +14,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
+from gm_ompl.geometry.grouping import facets_of, neighbours_of
 from gm_ompl.geometry.shells import inside
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
@@ -38,6 +39,14 @@ def solid(mesh: TriangleMesh) -> Body:
             into too many pieces.
     """
     whole = hull(mesh.vertices)
+    dents = _dents(mesh, whole)
+    if not dents:
+        _check_volume(mesh, (whole,))
+        return Body((whole,))
+    if dents > MAX_DENTS:
+        raise GeometryError(
+            f"the mesh is not convex along {dents} planes; at most {MAX_DENTS} are cut"
+        )
     faces = planar_faces(mesh)
     planes = [(f.normal, float((f.triangles @ f.normal).mean())) for f in faces]
     fragments = [
@@ -45,15 +54,7 @@ def solid(mesh: TriangleMesh) -> Body:
         for number, face in enumerate(faces)
         for triangle in face.triangles
     ]
-    root = _Cell(whole, [f for f in fragments if not _on_hull(f, whole, mesh.extent)])
-    if not root.fragments:
-        _check_volume(mesh, (whole,))
-        return Body((whole,))
-    dents = {fragment.plane for fragment in root.fragments}
-    if len(dents) > MAX_DENTS:
-        raise GeometryError(
-            f"the mesh is not convex along {len(dents)} planes; at most {MAX_DENTS} are cut"
-        )
+    root = _Cell(whole, [f for f in fragments if not _on_hull(f.corners, whole, mesh.extent)])
     try:
         cells = _leaves(root, planes, mesh)
     except GeometryError as error:
@@ -83,8 +84,17 @@ class _Cell:
     fragments: list[Fragment]
 
 
-def _on_hull(fragment: Fragment, whole: ConvexPiece, extent: float) -> bool:
-    heights = fragment.corners @ whole.face_normals.T - whole.face_offsets
+def _dents(mesh: TriangleMesh, whole: ConvexPiece) -> int:
+    """Return the number of facets that do not lie on the hull."""
+    inner = np.array([not _on_hull(corners, whole, mesh.extent) for corners in mesh.corners])
+    if not inner.any():
+        return 0
+    facets = facets_of(mesh.corners, neighbours_of(mesh.faces), COPLANAR * mesh.extent)
+    return sum(bool(inner[rows].any()) for rows in facets)
+
+
+def _on_hull(corners: Array, whole: ConvexPiece, extent: float) -> bool:
+    heights = corners @ whole.face_normals.T - whole.face_offsets
     return bool((heights >= -COPLANAR * extent).all(axis=0).any())
 
 

@@ -149,12 +149,17 @@ def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str
 
 def _spots(
     body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]
-) -> Iterator[tuple[int, _Face, Array]]:
+) -> Iterator[tuple[int, Face, Array]]:
     """Yield per wanted face its number, itself and its cells' centres (k, 3)."""
     wanted = _wanted(face_labels(body), faces)
     for number, patch in enumerate(_faces_of(body)):
         if number in wanted:
             yield number, patch, _rectangle(patch.ring, patch.normal).cells(grid)
+
+
+def faces_of(body: Body) -> Iterator[tuple[str, Face]]:
+    """Yield the name and the extent of every face of the body."""
+    yield from zip(face_labels(body), _faces_of(body), strict=True)
 
 
 def face_areas(body: Body) -> Array:
@@ -197,7 +202,7 @@ def _oriented(axes: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Face:
+class Face:
     """One face of a body: face ``index`` of piece ``owner``, or one of a mesh's surface.
 
     Attributes:
@@ -223,14 +228,14 @@ class _Face:
         return PlanarFace(np.array(fan), rim, self.normal)
 
 
-def _faces_of(body: Body) -> Iterator[_Face]:
+def _faces_of(body: Body) -> Iterator[Face]:
     for plane in body.surface:
-        yield _Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
+        yield Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
     if body.surface:
         return
     for owner, piece in enumerate(body.pieces):
         for corners, normal in zip(piece.faces, piece.face_normals, strict=True):
-            yield _Face(normal, piece.vertices[list(corners)], piece, owner)
+            yield Face(normal, piece.vertices[list(corners)], piece, owner)
 
 
 def _outline(plane: PlanarFace, D: float) -> Array:
@@ -241,7 +246,7 @@ def _outline(plane: PlanarFace, D: float) -> Array:
     return ring
 
 
-def _usable(body: Body, patch: _Face, spots: Array, margin: float) -> BoolArray:
+def _usable(body: Body, patch: Face, spots: Array, margin: float) -> BoolArray:
     """Whether points (k, 3) in a face's plane may be placements."""
     slack = INSIDE * body.diagonal
     if patch.plane is not None:
@@ -280,7 +285,7 @@ def _on_face(piece: ConvexPiece, spots: Array, slack: float) -> BoolArray:
     return inside
 
 
-def _covered(body: Body, patch: _Face, spots: Array) -> BoolArray:
+def _covered(body: Body, patch: Face, spots: Array) -> BoolArray:
     """Whether another piece covers points (k, 3) on one piece's face, its surface included.
 
     Where the faces of two pieces lie in one plane, a point on their seam belongs to the first.

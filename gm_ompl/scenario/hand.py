@@ -43,7 +43,7 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
     if notes.problems:
         return None
     grid = (chosen.grid[0], chosen.grid[1])
-    table = placements(body, grid, names, _margin(model, body))
+    table = placements(body, grid, names, margin_of(model, body))
     n = model.fingers.count
     if n and not len(table):
         _no_placement(model, body, names, notes)
@@ -58,7 +58,8 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
     )
 
 
-def _margin(model: ScenarioModel, body: Body) -> float:
+def margin_of(model: ScenarioModel, body: Body) -> float:
+    """Return the least distance of a placement from its face's rim."""
     margin = model.fingers.placements.margin
     if margin is not None:
         return margin
@@ -85,6 +86,11 @@ def _faces(model: ScenarioModel, body: Body, labels: tuple[str, ...]) -> tuple[s
     )
 
 
+def offered_faces(model: ScenarioModel, body: Body) -> tuple[str, ...]:
+    """Return the names of the faces on which fingers may be placed."""
+    return _faces(model, body, face_labels(body))
+
+
 def _no_placement(model: ScenarioModel, body: Body, names: tuple[str, ...], notes: Notes) -> None:
     """Note which key leaves the fingers no placement at all, and what would leave one."""
     chosen = model.fingers.placements
@@ -103,7 +109,7 @@ def _no_placement(model: ScenarioModel, body: Body, names: tuple[str, ...], note
             "leaves the fingers no placement: with this grid and these faces it must be at most "
             f"{_rounded_down(widest, body.diagonal):g}"
         )
-        _blame("margin", chosen.margin, _margin(model, body), wanted, notes)
+        _blame("margin", chosen.margin, margin_of(model, body), wanted, notes)
         return
     wanted = (
         "leaves the fingers no placement: every cell's centre is off its face, in a hole or under "
