@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 from typing import Any, Final
 
-import meshcat
 import numpy as np
 
 from gm_ompl.arrays import Array
@@ -16,7 +15,7 @@ from gm_ompl.scenario.inspection import Inspection
 from . import palette
 from .page import embedded, escaped
 from .region import edges_of, triangles_of
-from .scene import VIEW_SIZE, Recorder, draw_solid, similarity, viewer_script
+from .scene import VIEW_SIZE, Recorder, draw_solid, similarity, viewer_script, visualizer
 
 COLOURS: Final = (0x4C78A8, 0xF58518, 0x54A24B, 0xE45756, 0x72B7B2, 0xB279A2, 0xEECA3B, 0x9D755D)
 """Colours of the pieces, in turn."""
@@ -65,7 +64,7 @@ def inspection_page(found: Inspection, text: str) -> str:
 
 def _messages(found: Inspection) -> list[bytes]:
     recorder = Recorder()
-    view = meshcat.Visualizer(window=recorder)
+    view = visualizer(recorder)
     view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
     view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
     diagonal = found.body.diagonal

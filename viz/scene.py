@@ -78,6 +78,11 @@ class SceneMessages:
     slots: int
 
 
+def visualizer(recorder: Recorder) -> Any:
+    """Return a ``meshcat.Visualizer`` whose messages ``recorder`` keeps."""
+    return meshcat.Visualizer(window=recorder)
+
+
 def viewer_script() -> str:
     """Return the source of meshcat's viewer, three.js included."""
     path = files("meshcat") / "viewer" / "dist" / "main.min.js"
@@ -88,7 +93,7 @@ def scene_messages(story: Story) -> SceneMessages:
     """Return the scene of ``story``, nothing yet posed but what never moves."""
     region = neighbourhood(story)
     recorder = Recorder()
-    view = meshcat.Visualizer(window=recorder)
+    view = visualizer(recorder)
     scale = VIEW_SIZE / region.diagonal
     world = view["world"]
     world.set_transform(similarity(scale, -scale * region.centre))

@@ -18,10 +18,11 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 import gm_ompl
-from gm_ompl.errors import GeometryError, ScenarioError
+from gm_ompl.errors import ScenarioError
 from gm_ompl.geometry.mesh import read_triangles
-from gm_ompl.geometry.resting import resting_poses
-from gm_ompl.scenario.inspection import inspect
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.scenario.inspection import Inspection, inspect
+from gm_ompl.scenario.scenario import Scenario
 
 from .pages import write_tables
 
@@ -31,7 +32,6 @@ BUILD = ROOT / "build"
 WHEELS = {
     "robot-properties-fingers": "*.stl",
     "gymnasium-robotics": "*/stls/hand/*.stl",
-    "dm-control": "*/kinova/meshes_decimated/*.STL",
 }
 """Where meshes come from, and which of them are taken."""
 
@@ -77,35 +77,34 @@ def meshes() -> list[tuple[str, Path]]:
 
 def attempt(name: str, file: Path, decompose: bool) -> Row:
     """Return what becomes of a mesh, as it is or with what its refusal offers."""
-    keys: list[str] = []
-    offers: list[str] = []
     row = Row(name, len(read_triangles(file)[1]), "loads")
+    used: Inspection | None = None
+    offers: list[str] = []
+    started = time.perf_counter()
     try:
-        took = _loaded(row, file, keys)
+        used = inspect(str(file))
     except ScenarioError as error:
         row.verdict = _reason(str(error))
         offers = [f"{key}={value}" for key, value in OFFER.findall(str(error))]
+    row.load_s = time.perf_counter() - started
     for offer in offers:
         if offer == "convex=decompose" and not decompose:
             continue
+        started = time.perf_counter()
         try:
-            took = _loaded(row if not row.keys else Row("", 0, ""), file, [offer])
-            row.keys = row.keys or offer.replace("=", ": ")
-            row.tried[offer] = f"{took:.1f} s"
-        except (ScenarioError, GeometryError) as error:
+            found = inspect(str(file), [offer])
+        except ScenarioError as error:
             row.tried[offer] = f"REFUSED: {error}"
-    if row.keys:
-        keys = [row.keys.replace(": ", "=")]
-    row.plan_s = _planned(file, keys) if row.pieces else None
+            continue
+        took = time.perf_counter() - started
+        row.tried[offer] = f"{took:.1f} s, {found.deviation / found.body.diagonal:.1e}"
+        if used is None:
+            used, row.keys, row.load_s = found, offer.replace("=", ": "), took
+    if used is not None:
+        row.pieces = len(used.body.pieces)
+        row.deviation = used.deviation / used.body.diagonal
+        row.plan_s = _planned(used)
     return row
-
-
-def _loaded(row: Row, file: Path, keys: list[str]) -> float:
-    started = time.perf_counter()
-    found = inspect(str(file), keys)
-    row.load_s = time.perf_counter() - started
-    row.pieces, row.deviation = len(found.body.pieces), found.deviation / found.body.diagonal
-    return row.load_s
 
 
 def _reason(text: str) -> str:
@@ -121,37 +120,30 @@ def _reason(text: str) -> str:
     return text
 
 
-def _planned(file: Path, keys: list[str]) -> float | None:
+def _planned(found: Inspection) -> float | None:
     """Return how long it takes to plan sliding the part by half its size, lying; None: too long."""
-    found = inspect(str(file), keys)
-    D, turn = found.body.diagonal, found.rests[0].rotation.tolist()
-    shape: dict[str, object] = {"mesh": file.name, "frame": {"rotation": {"quaternion": turn}}}
-    for key in keys:
-        name, _, value = key.partition("=")
-        shape[name] = json.loads(value) if value[0] in "[0123456789" else value
+    D, rest = found.body.diagonal, found.rests[0]
+    turn = Pose.from_quaternion(np.zeros(3), rest.rotation).rotation
+    shape = found.scenario.model.object.shape.model_dump(mode="json", exclude_none=True)
+    for part in (shape.get("mesh", {}), *shape.get("pieces", ())):
+        for key in ("vertices", "hull"):
+            if key in part:
+                part[key] = (np.array(part[key]) @ turn.T).tolist()
+    areas = np.array([face.region().area for _, face in found.faces])
+    largest = float(areas.max() / areas.sum())
     tree = {
         "format": "gm-ompl-scenario/1", "name": "mesh", "object": {"shape": shape, "mass": 0.2},
         "friction": {"environment": 0.4, "finger": 0.8},
         "fingers": {"count": 2, "radius": 0.05 * D, "max_normal_force": 10.0,
-                    "placements": {"grid": [3, 3], "smallest_face": 0.01}},
-        "motion": {"start": {"position": [0.0, 0.0, 2.0 * D]},
+                    "placements": {"grid": [3, 3], "smallest_face": min(0.01, 0.5 * largest)}},
+        "motion": {"start": {"position": [0.0, 0.0, rest.height]},
                    "path": [{"slide": {"by": [0.5 * D, 0.0, 0.0]}}]},
         "lattice": {"segments": 5}, "mechanics": {"z_min": 0.02},
         "cost": {"regrasp": D, "stability": 0.001 * D},
     }  # fmt: skip
-    scenario = file.parent / "planned.yaml"
-    scenario.write_text(json.dumps(tree))
-    try:
-        body = gm_ompl.load(scenario).problem.body
-        down = resting_poses(body)
-        height = min((pose.height for pose in down if pose.down[2] < -0.999), default=None)
-        if height is None:
-            return None
-        resting = gm_ompl.load(scenario, [f"motion.start.position=[0, 0, {height!r}]"])
-    finally:
-        scenario.unlink()
+    scenario = Scenario.from_resolved(tree)
     started = time.perf_counter()
-    plan = gm_ompl.plan(resting, planner="HybridRRTConnect", time_limit=PLAN_S, seed=1)
+    plan = gm_ompl.plan(scenario, planner="HybridRRTConnect", time_limit=PLAN_S, seed=1)
     return time.perf_counter() - started if plan.cost is not None else None
 
 
@@ -165,7 +157,7 @@ def line(row: Row) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Try every mesh that has no result yet, and write the table; ``--decompose`` tries that, too."""
+    """Try every mesh without a result, and write the table; ``--decompose`` tries that, too."""
     store = BUILD / "meshes" / "rows.jsonl"
     store.parent.mkdir(parents=True, exist_ok=True)
     known = {}

@@ -59,7 +59,9 @@ def solid(mesh: TriangleMesh) -> Body:
         cells = _leaves(root, planes, mesh)
     except GeometryError as error:
         raise GeometryError(f"the mesh is too thin somewhere to be cut: {error}") from None
-    pieces = _merged([cell for cell in cells if inside(cell.vertices.mean(axis=0), mesh.corners)], mesh.extent)
+    pieces = _merged(
+        [cell for cell in cells if inside(cell.vertices.mean(axis=0), mesh.corners)], mesh.extent
+    )
     if len(pieces) > MAX_PIECES:
         raise GeometryError(
             f"the mesh falls into {len(pieces)} convex pieces; at most {MAX_PIECES} are taken"

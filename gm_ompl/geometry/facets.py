@@ -93,8 +93,7 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
         if not free[seed]:
             continue
         normal, shift = found.equations[seed, :3], found.equations[seed, 3]
-        flat = (np.abs(corners @ normal + shift) <= COPLANAR).all(axis=1)
-        triangles = _flood(int(seed), flat & free, found)
+        triangles = _flood(int(seed), free, found, local @ normal + shift)
         free[triangles] = False
         members = sorted(set(found.simplices[triangles].ravel()))
         plane = local[members] @ plane_basis(normal).T
@@ -103,13 +102,17 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
     return faces
 
 
-def _flood(seed: int, allowed: BoolArray, found: ConvexHull) -> list[int]:
+def _flood(seed: int, free: BoolArray, found: ConvexHull, heights: Array) -> list[int]:
+    """Return the free triangles around ``seed`` whose corners have no height over its plane."""
+    flat = (np.abs(heights) <= COPLANAR).tolist()
     reached, front = {seed}, [seed]
     while front:
-        for other in found.neighbors[front.pop()]:
-            if allowed[other] and other not in reached:
-                reached.add(int(other))
-                front.append(int(other))
+        for other in found.neighbors[front.pop()].tolist():
+            if other in reached or not free[other]:
+                continue
+            if all(flat[corner] for corner in found.simplices[other].tolist()):
+                reached.add(other)
+                front.append(other)
     return sorted(reached)
 
 
@@ -140,7 +143,9 @@ def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
 def _normal(ring: Array) -> Array:
     """Return the unit normal of a polygon (k, 3) by Newell's sum of cross products."""
     local = ring - ring[0]
-    total = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    x, y, z = local.T
+    u, v, w = local[np.arange(1, len(local) + 1) % len(local)].T
+    total = np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()])
     normal: Array = total / np.linalg.norm(total)
     return normal
 

@@ -244,7 +244,9 @@ def clean_hull(mesh: TriangleMesh, flat: float) -> ConvexPiece:
 
 def triangulated(piece: ConvexPiece) -> TriangleMesh:
     """Return a piece's surface as triangles."""
-    fans = [(face[0], face[k], face[k + 1]) for face in piece.faces for k in range(1, len(face) - 1)]
+    fans = [
+        (face[0], face[k], face[k + 1]) for face in piece.faces for k in range(1, len(face) - 1)
+    ]
     return TriangleMesh(piece.vertices, np.array(fans))
 
 

@@ -92,7 +92,11 @@ def _mesh_keys(path: Path, part: Any) -> Iterator[Finding]:
             given = value.model_dump(exclude_none=True) if isinstance(value, BaseModel) else value
             yield (*path, key), given, f"only for {use}; leave it out"
         elif value is not None and key != "deviation" and part.deviation is not None:
-            yield (*path, key), value, "not with deviation, which says that it was done; leave out one"
+            yield (
+                (*path, key),
+                value,
+                "not with deviation, which says that it was done; leave out one",
+            )
 
 
 def _box(path: Path, box: BoxModel | None) -> Iterator[Finding]:

@@ -50,7 +50,7 @@ class Inspection:
         return self.scenario.model.object.shape.deviation or 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain lists, mappings and numbers; lengths in the scenario's units."""
+        """Return everything as plain values; lengths in the scenario's units."""
         corners, mass = self.body.vertices, self.scenario.problem.mass
         total = sum(volume(piece) for piece in self.body.pieces)
         return {
@@ -103,7 +103,9 @@ def inspect(name: str, overrides: Iterable[str] = ()) -> Inspection:
     scenario = _around(name, overrides) if name.lower().endswith(MESHES) else load(name, overrides)
     body = scenario.problem.body
     own = mass_properties(body_of(scenario.model.object.shape), scenario.model.object.mass)
-    table = placements(body, GRID, offered_faces(scenario.model, body), margin_of(scenario.model, body))
+    table = placements(
+        body, GRID, offered_faces(scenario.model, body), margin_of(scenario.model, body)
+    )
     offered = tuple(table.labels[k] for k in np.unique(table.face))
     return Inspection(scenario, body, own, resting_poses(body), tuple(faces_of(body)), offered)
 

@@ -146,9 +146,7 @@ def _as_given(shape: MeshUse, used: Used) -> bool:
 
 
 def _model(mesh: TriangleMesh) -> MeshModel:
-    return MeshModel(
-        vertices=_points(mesh.vertices), faces=tuple(map(tuple, mesh.faces.tolist()))
-    )
+    return MeshModel(vertices=_points(mesh.vertices), faces=tuple(map(tuple, mesh.faces.tolist())))
 
 
 def _points(cloud: Array) -> tuple[tuple[float, ...], ...]:

@@ -13,10 +13,10 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
 from gm_ompl.geometry.mesh import read_triangles
-from gm_ompl.geometry.usage import MAX_FACES, Usage, shape_of
 from gm_ompl.geometry.solids import Body, box, hull, mass_properties, volume
 from gm_ompl.geometry.surface import face_areas, placements
 from gm_ompl.geometry.triangles import TriangleMesh, checked, planar_faces
+from gm_ompl.geometry.usage import MAX_FACES, Usage, shape_of
 
 PROFILE = ((0, 0), (4, 0), (4, 1), (1, 1), (1, 5), (0, 5))
 """An L in x and z."""
