@@ -1,4 +1,4 @@
-"""Files that are no usable mesh: refused with what is wrong, and with keys that mend it when typed."""
+"""Files that are no usable mesh: refused with the reason, and with keys that mend it when typed."""
 
 from __future__ import annotations
 
@@ -43,12 +43,19 @@ def torn(gap: float) -> trimesh.Trimesh:
     return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
 
 
+def fine(rounds: int) -> trimesh.Trimesh:
+    mesh = box()
+    for _ in range(rounds):
+        mesh = mesh.subdivide()
+    return mesh
+
+
 def dented(count: int) -> trimesh.Trimesh:
     return trimesh.creation.annulus(r_min=1, r_max=2, height=1, sections=count)
 
 
 def klein() -> trimesh.Trimesh:
-    """Two boxes' triangles, one box's turned inward and moved half out: a surface through itself."""
+    """Two boxes, one of them turned inward and moved half out: a surface through itself."""
     inner = moved(box(), 0.5, 0.0, 0.0)
     return both(box(), trimesh.Trimesh(inner.vertices, inner.faces[:, ::-1], process=False))
 
@@ -64,9 +71,8 @@ BAD: dict[str, tuple[Callable[[], trimesh.Trimesh], str]] = {
                          "there are 2 bodies"),
     "torn": (lambda: torn(1e-4), "bodies"),
     "a triangle twice": (lambda: both(box(), without(box(), *range(1, 12))), ""),
-    "a hole of 72 facets": (lambda: dented(72), "72 convex pieces; at most 64"),
     "a hole of 300 facets": (lambda: dented(300), "not convex along 300 planes"),
-    "too many triangles": (lambda: trimesh.creation.icosphere(subdivisions=6), "81920 triangles"),
+    "too many triangles": (lambda: fine(6), "49152 triangles; at most 20000"),
     "a surface through itself": (klein, ""),
 }  # fmt: skip
 
@@ -89,15 +95,13 @@ def test_what_a_refusal_offers_works_when_typed(name: str, tmp_path: Path) -> No
 
 
 def test_decompose_works_when_typed(tmp_path: Path) -> None:
-    """Open, many-dented and double meshes become convex pieces near them."""
+    """Open and double meshes become convex pieces near them."""
     pytest.importorskip("coacd")
-    for name in ("open on one side", "a hole of 72 facets", "two apart"):
+    for name in ("open on one side", "two apart"):
         file = tmp_path / "part.stl"
         BAD[name][0]().export(file)
         found = inspect(str(file), ["convex=decompose"])
         assert found.deviation < 0.1 * found.body.diagonal
-        if name == "a hole of 72 facets":
-            assert len(found.body.pieces) > 4
 
 
 def _flat(file: Path) -> None:
