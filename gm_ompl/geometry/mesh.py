@@ -98,8 +98,9 @@ def turned_outward(vertices: Array, faces: IntArray) -> IntArray:
     import trimesh
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if not mesh.is_volume:
-        mesh.fix_normals()
+    with np.errstate(all="ignore"):  # trimesh divides by the volume, which may be 0
+        if not mesh.is_volume:
+            mesh.fix_normals()
     return np.asarray(mesh.faces, dtype=np.int64)
 
 
@@ -123,10 +124,10 @@ def simplified(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntA
     return np.asarray(points, dtype=np.float64) * size + middle, triangles.astype(np.int64)
 
 
-def convex_parts(vertices: Array, faces: IntArray, most: int) -> list[Array]:
-    """Return the corners of convex pieces that fill a surface about; it need not be closed.
+def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> list[Array]:
+    """Return the corners of convex pieces that fill a surface about.
 
-    The concavity allowed is the first of ``CONCAVITY`` that leads to at most ``most`` pieces.
+    A surface that is not closed is taken as a thin wall. The concavity allowed is the first of ``CONCAVITY`` that leads to at most ``most`` pieces.
 
     Raises:
         MissingExtraError: coacd is not installed.
@@ -137,13 +138,12 @@ def convex_parts(vertices: Array, faces: IntArray, most: int) -> list[Array]:
     except ImportError:
         raise MissingExtraError("coacd", "meshes") from None
     coacd.set_log_level("off")
-    points, triangles = simplified(vertices, faces, BEFORE_CUTTING)
     parts: list[Array] = []
     for threshold in CONCAVITY:
         found = coacd.run_coacd(
-            coacd.Mesh(points, triangles), threshold=threshold, merge=False, seed=0,
-            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2,
-            decimate=True, max_ch_vertex=MAX_CORNERS,
+            coacd.Mesh(vertices, faces), threshold=threshold, merge=False, seed=0,
+            preprocess_mode="off" if closed else "on", preprocess_resolution=60,
+            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2, decimate=True, max_ch_vertex=MAX_CORNERS,
         )  # fmt: skip
         parts = [np.asarray(corners, dtype=np.float64) for corners, _ in found]
         if 0 < len(parts) <= most:

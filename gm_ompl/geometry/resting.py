@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, read_only
-from gm_ompl.geometry.solids import Body, hull
+from gm_ompl.geometry.solids import Body
+from gm_ompl.geometry.usage import whole_hull
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ def resting_poses(body: Body) -> tuple[RestingPose, ...]:
     Args:
         body: its centre of mass is the origin.
     """
-    whole = body.pieces[0] if len(body.pieces) == 1 else hull(body.vertices)
+    whole = whole_hull(body)
     found = []
     for face, normal, height in zip(
         whole.faces, whole.face_normals, whole.face_offsets.tolist(), strict=True

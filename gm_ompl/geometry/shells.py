@@ -18,7 +18,7 @@ def bodies_of(vertices: Array, faces: IntArray) -> list[IntArray]:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    pairs = np.array(_joined(vertices, faces), dtype=np.int64).reshape(-1, 2)
+    pairs = _joined(vertices, faces)
     links = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(faces), len(faces)))
     count, label = connected_components(links, directed=False)
     shells = [np.flatnonzero(label == k) for k in range(count)]
@@ -26,31 +26,30 @@ def bodies_of(vertices: Array, faces: IntArray) -> list[IntArray]:
     return _with_hollows(vertices, faces, shells)
 
 
-def _joined(vertices: Array, faces: IntArray) -> list[tuple[int, int]]:
-    """Return pairs of triangles that meet at an edge of the same body."""
-    edges: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for number, triangle in enumerate(faces.tolist()):
-        for k in range(3):
-            edge = triangle[k], triangle[(k + 1) % 3]
-            edges.setdefault((min(edge), max(edge)), []).append((number, triangle[k - 1]))
-    pairs: list[tuple[int, int]] = []
-    for (tail, head), around in edges.items():
-        if len(around) == 2:
-            pairs.append((around[0][0], around[1][0]))
-        elif len(around) > 2:
-            pairs += _wedges(vertices, faces, (tail, head), around)
-    return pairs
+def _joined(vertices: Array, faces: IntArray) -> IntArray:
+    """Return pairs (k, 2) of triangles that meet at an edge of the same body."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    key = ends.min(axis=1) * len(vertices) + ends.max(axis=1)
+    order = np.argsort(key, kind="stable")
+    _, first, counts = np.unique(key[order], return_index=True, return_counts=True)
+    owner = order // 3
+    two = first[counts == 2]
+    pairs = [np.stack([owner[two], owner[two + 1]], axis=1)]
+    for start, count in zip(first[counts > 2], counts[counts > 2], strict=True):
+        around = owner[start : start + count]
+        tail, head = sorted(ends[order[start]].tolist())
+        pairs.append(_wedges(vertices, faces, (tail, head), around))
+    return np.concatenate(pairs)
 
 
-def _wedges(
-    vertices: Array, faces: IntArray, edge: tuple[int, int], around: list[tuple[int, int]]
-) -> list[tuple[int, int]]:
+def _wedges(vertices: Array, faces: IntArray, edge: tuple[int, int], around: IntArray) -> IntArray:
     """Return the pairs of triangles at one edge that have material between them."""
     along = vertices[edge[1]] - vertices[edge[0]]
     basis = plane_basis(along / np.linalg.norm(along))
-    across = (vertices[[apex for _, apex in around]] - vertices[edge[0]]) @ basis.T
+    rows = faces[around].tolist()
+    apex = [next(k for k in row if k not in edge) for row in rows]
+    across = (vertices[apex] - vertices[edge[0]]) @ basis.T
     angle = np.arctan2(across[:, 1], across[:, 0])
-    rows = [faces[number].tolist() for number, _ in around]
     # A triangle that runs along the edge has its material on the side of smaller angles.
     ahead = [row[(row.index(edge[0]) + 1) % 3] == edge[1] for row in rows]
     # Of triangles at one angle, those that end a body's wedge come first.
@@ -59,8 +58,8 @@ def _wedges(
     for k, first in enumerate(order):
         second = order[(k + 1) % len(order)]
         if ahead[second] and not ahead[first]:
-            pairs.append((around[first][0], around[second][0]))
-    return pairs
+            pairs.append((around[first], around[second]))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def _with_hollows(vertices: Array, faces: IntArray, shells: list[IntArray]) -> list[IntArray]:

@@ -14,12 +14,12 @@ from gm_ompl.geometry.collision import surface_distances
 from gm_ompl.geometry.decomposition import MAX_PIECES, solid
 from gm_ompl.geometry.facets import CrowdedError
 from gm_ompl.geometry.flattening import flattened
-from gm_ompl.geometry.mesh import convex_parts, simplified, turned_outward
+from gm_ompl.geometry.mesh import BEFORE_CUTTING, convex_parts, simplified, turned_outward
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.shells import bodies_of
-from gm_ompl.geometry.solids import Body, ConvexPiece, hull
+from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, checked
-from gm_ompl.geometry.welding import used, welded
+from gm_ompl.geometry.welding import FINEST, used, welded
 
 Convex: TypeAlias = Literal["exact", "hull", "decompose"]
 
@@ -34,6 +34,12 @@ NOTHING = 1e-9
 
 OVERLAP = 1e-6
 """Pieces that overlap by more than this, relative to D, are refused: mass would count twice."""
+
+FULL = 1e-3
+"""A body whose hull has no more than this part of volume more is convex enough."""
+
+GROWN = 6
+"""How often ``flat`` grows tenfold where a hull's corners are crowded."""
 
 SHOWN = 6
 """Bodies of a file that a message lists."""
@@ -127,7 +133,7 @@ def _chosen(points: Array, triangles: IntArray, usage: Usage) -> list[IntArray]:
     for k in usage.bodies:
         if k >= len(found):
             listed = _listed(points, triangles, found)
-            raise GeometryError(f"there is no body {k}; there are {listed}")
+            raise GeometryError(f"bodies: there is no body {k}; there are {listed}")
     return [found[k] for k in sorted(set(usage.bodies))]
 
 
@@ -140,7 +146,7 @@ def _listed(points: Array, triangles: IntArray, bodies: Sequence[IntArray]) -> s
         for k in sorted(largest)
     )
     if len(bodies) == 1:
-        return f"one body ({told})"
+        return f"1 bodies ({told})"
     which = "" if len(largest) == len(bodies) else "the largest "
     return f"{len(bodies)} bodies ({which}{told})"
 
@@ -201,10 +207,25 @@ def _hulls(points: Array, triangles: IntArray, usage: Usage, flat: float) -> lis
         if usage.simplify is not None and len(mesh.faces) > usage.simplify:
             mesh = hull_mesh(simplified(mesh.vertices, mesh.faces, usage.simplify)[0])
         return [clean_hull(mesh, flat)]
-    if usage.simplify is not None:
-        points, triangles = simplified(points, triangles, usage.simplify)
-    parts = convex_parts(points, triangles, MAX_PIECES)
+    parts = _parts(points, triangles, usage.simplify or BEFORE_CUTTING)
     return [clean_hull(hull_mesh(part), flat) for part in parts]
+
+
+def _parts(points: Array, triangles: IntArray, most: int) -> list[Array]:
+    """Return the corners of convex pieces: each closed body's, else of all triangles at once."""
+    parts: list[Array] = []
+    for body in bodies_of(points, triangles):
+        corners, faces = simplified(*used(points, triangles[body]), most)
+        try:
+            mesh = checked(corners, turned_outward(corners, faces))
+            filled = volume(hull(corners)) <= mesh.volume * (1.0 + FULL)
+        except GeometryError:
+            break
+        parts += [corners] if filled else convex_parts(corners, mesh.faces, MAX_PIECES, closed=True)
+    else:
+        if len(parts) <= MAX_PIECES:
+            return parts
+    return convex_parts(*simplified(points, triangles, most), MAX_PIECES, closed=False)
 
 
 def hull_mesh(points: Array) -> TriangleMesh:
@@ -232,14 +253,31 @@ def hull_mesh(points: Array) -> TriangleMesh:
 def clean_hull(mesh: TriangleMesh, flat: float) -> ConvexPiece:
     """Return a convex surface as a piece, its facets within ``flat`` of a plane made plane.
 
-    Where its corners are too close together to tell faces apart, ``flat`` grows, tenfold each time.
+    Where its corners are too close together to tell faces apart, or to tell the same ones when
+    they are read again, those are joined and ``flat`` grows, tenfold each time.
+
+    Raises:
+        GeometryError: they stay too close.
     """
-    for grown in (flat, 10.0 * flat, 100.0 * flat):
+    for k in range(GROWN):
+        grown = 10.0**k * flat
         try:
-            return hull(flattened(mesh, grown).vertices)
+            if k > 0:
+                mesh = hull_mesh(welded(mesh.vertices, mesh.faces, grown)[0])
+            once = hull(flattened(mesh, grown).vertices)
+            twice = hull(once.vertices)
         except CrowdedError:
             continue
-    return hull(flattened(mesh, 1000.0 * flat).vertices)
+        if len(once.faces) == len(twice.faces):
+            return twice
+    raise GeometryError(f"points within {grown:.3g} of each other leave no faces that can be told")
+
+
+def whole_hull(body: Body) -> ConvexPiece:
+    """Return the convex hull of a body, however close together corners of its pieces lie."""
+    if len(body.pieces) == 1:
+        return body.pieces[0]
+    return clean_hull(hull_mesh(body.vertices), FINEST * body.diagonal)
 
 
 def triangulated(piece: ConvexPiece) -> TriangleMesh:

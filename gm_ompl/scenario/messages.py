@@ -105,7 +105,7 @@ def _line(document: Document, detail: ErrorDetails, path: Path) -> str:
         return document.line(path, f"missing; add it, for example {EXAMPLES.get(key, key + ':')}")
     if kind in ("too_short", "too_long"):
         return value_problem(document, path, detail["input"], _length(kind, context))
-    wanted = WANTED.get(kind, detail["msg"]).format(**context)
+    wanted = WANTED[kind].format(**context) if kind in WANTED else detail["msg"]
     if kind == "literal_error" and isinstance(detail["input"], str):
         wanted += did_you_mean(detail["input"], _words(str(context["expected"])))
     return value_problem(document, path, detail["input"], wanted)
