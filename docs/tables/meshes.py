@@ -135,10 +135,10 @@ def _planned(found: Inspection) -> float | None:
         "format": "gm-ompl-scenario/1", "name": "mesh", "object": {"shape": shape, "mass": 0.2},
         "friction": {"environment": 0.4, "finger": 0.8},
         "fingers": {"count": 2, "radius": 0.05 * D, "max_normal_force": 10.0,
-                    "placements": {"grid": [3, 3], "smallest_face": min(0.01, 0.5 * largest)}},
+                    "placements": {"grid": [3, 3], "smallest_face": min(0.003, 0.5 * largest)}},
         "motion": {"start": {"position": [0.0, 0.0, rest.height]},
                    "path": [{"slide": {"by": [0.5 * D, 0.0, 0.0]}}]},
-        "lattice": {"segments": 5}, "mechanics": {"z_min": 0.02},
+        "lattice": {"segments": 5}, "mechanics": {"z_min": 0.002},
         "cost": {"regrasp": D, "stability": 0.001 * D},
     }  # fmt: skip
     scenario = Scenario.from_resolved(tree)
@@ -163,6 +163,7 @@ def main(arguments: list[str]) -> None:
     known = {}
     if store.exists():
         known = {r["mesh"]: Row(**r) for r in map(json.loads, store.read_text().splitlines())}
+    gm_ompl.plan("paper/push", planner="HybridRRTConnect", max_iterations=50)  # compiles
     for name, file in meshes():
         if name not in known:
             row = attempt(name, file, "--decompose" in arguments)

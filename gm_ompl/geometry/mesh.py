@@ -127,7 +127,8 @@ def simplified(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntA
 def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> list[Array]:
     """Return the corners of convex pieces that fill a surface about.
 
-    A surface that is not closed is taken as a thin wall. The concavity allowed is the first of ``CONCAVITY`` that leads to at most ``most`` pieces.
+    A surface that is not closed is taken as a thin wall. The concavity allowed is the first of
+    ``CONCAVITY`` that leads to at most ``most`` pieces.
 
     Raises:
         MissingExtraError: coacd is not installed.
@@ -143,7 +144,8 @@ def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> l
         found = coacd.run_coacd(
             coacd.Mesh(vertices, faces), threshold=threshold, merge=False, seed=0,
             preprocess_mode="off" if closed else "on", preprocess_resolution=60,
-            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2, decimate=True, max_ch_vertex=MAX_CORNERS,
+            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2,
+            decimate=True, max_ch_vertex=MAX_CORNERS,
         )  # fmt: skip
         parts = [np.asarray(corners, dtype=np.float64) for corners, _ in found]
         if 0 < len(parts) <= most:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, read_only
+from gm_ompl.geometry.hulls import whole_hull
 from gm_ompl.geometry.solids import Body
-from gm_ompl.geometry.usage import whole_hull
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,24 +10,21 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.collision import surface_distances
 from gm_ompl.geometry.decomposition import MAX_PIECES, solid
-from gm_ompl.geometry.facets import CrowdedError
+from gm_ompl.geometry.deviation import deviation
 from gm_ompl.geometry.flattening import flattened
+from gm_ompl.geometry.hulls import clean_hull, hull_mesh, triangulated
 from gm_ompl.geometry.mesh import BEFORE_CUTTING, convex_parts, simplified, turned_outward
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.shells import bodies_of
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, checked
-from gm_ompl.geometry.welding import FINEST, used, welded
+from gm_ompl.geometry.welding import used, welded
 
 Convex: TypeAlias = Literal["exact", "hull", "decompose"]
 
 MAX_FACES = 20_000
 """A mesh with more triangles is refused: plan files carry every one of them."""
-
-SAMPLES = 1500
-"""Points of either surface, and as many of its corners, at which their distance is taken."""
 
 NOTHING = 1e-9
 """A deviation below this part of the extent is none."""
@@ -37,9 +34,6 @@ OVERLAP = 1e-6
 
 FULL = 1e-3
 """A body whose hull has no more than this part of volume more is convex enough."""
-
-GROWN = 6
-"""How often ``flat`` grows tenfold where a hull's corners are crowded."""
 
 SHOWN = 6
 """Bodies of a file that a message lists."""
@@ -226,98 +220,3 @@ def _parts(points: Array, triangles: IntArray, most: int) -> list[Array]:
         if len(parts) <= MAX_PIECES:
             return parts
     return convex_parts(*simplified(points, triangles, most), MAX_PIECES, closed=False)
-
-
-def hull_mesh(points: Array) -> TriangleMesh:
-    """Return the convex hull of points (n, 3) as triangles that face outward.
-
-    Raises:
-        GeometryError: they lie in one plane.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    middle = points.mean(axis=0)
-    size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
-    local = (points - middle) / size
-    try:
-        found = ConvexHull(local)
-    except (QhullError, ValueError):
-        raise GeometryError("the points all lie in one plane, or nearly so") from None
-    triangles = found.simplices.astype(np.int64)
-    a, b, c = local[triangles].transpose(1, 0, 2)
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0.0
-    triangles[inward] = triangles[inward][:, ::-1]
-    return TriangleMesh(*used(points, triangles))
-
-
-def clean_hull(mesh: TriangleMesh, flat: float) -> ConvexPiece:
-    """Return a convex surface as a piece, its facets within ``flat`` of a plane made plane.
-
-    Where its corners are too close together to tell faces apart, or to tell the same ones when
-    they are read again, those are joined and ``flat`` grows, tenfold each time.
-
-    Raises:
-        GeometryError: they stay too close.
-    """
-    for k in range(GROWN):
-        grown = 10.0**k * flat
-        try:
-            if k > 0:
-                mesh = hull_mesh(welded(mesh.vertices, mesh.faces, grown)[0])
-            once = hull(flattened(mesh, grown).vertices)
-            twice = hull(once.vertices)
-        except CrowdedError:
-            continue
-        if len(once.faces) == len(twice.faces):
-            return twice
-    raise GeometryError(f"points within {grown:.3g} of each other leave no faces that can be told")
-
-
-def whole_hull(body: Body) -> ConvexPiece:
-    """Return the convex hull of a body, however close together corners of its pieces lie."""
-    if len(body.pieces) == 1:
-        return body.pieces[0]
-    return clean_hull(hull_mesh(body.vertices), FINEST * body.diagonal)
-
-
-def triangulated(piece: ConvexPiece) -> TriangleMesh:
-    """Return a piece's surface as triangles."""
-    fans = [
-        (face[0], face[k], face[k + 1]) for face in piece.faces for k in range(1, len(face) - 1)
-    ]
-    return TriangleMesh(piece.vertices, np.array(fans))
-
-
-def deviation(before: Array, meshes: Sequence[TriangleMesh]) -> float:
-    """Return the largest distance found between triangles (t, 3, 3) and the surface of a shape.
-
-    What of the shape's pieces lies in other pieces is no surface.
-    """
-    after = np.concatenate([mesh.corners for mesh in meshes])
-    rng = np.random.default_rng(0)
-    there = surface_distances(after, _spots(before, rng))
-    spots = [_spots(mesh.corners, rng) for mesh in meshes]
-    if len(meshes) > 1:
-        pieces = [hull(mesh.vertices) for mesh in meshes]
-        slack = 1e-6 * float(np.linalg.norm(np.ptp(after.reshape(-1, 3), axis=0)))
-        for k in range(len(spots)):
-            for piece in pieces[:k] + pieces[k + 1 :]:
-                heights = spots[k] @ piece.face_normals.T - piece.face_offsets
-                spots[k] = spots[k][heights.max(axis=1, initial=-np.inf) > slack]
-    back = surface_distances(before, np.concatenate(spots))
-    return float(max(there.max(), back.max(initial=0.0)))
-
-
-def _spots(corners: Array, rng: np.random.Generator) -> Array:
-    """Return points of triangles: their corners, and some at random, by area."""
-    a, b, c = corners.transpose(1, 0, 2)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    rows = rng.choice(len(corners), SAMPLES, p=areas / areas.sum())
-    u, v = rng.random((2, SAMPLES, 1))
-    over = u + v > 1.0
-    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
-    cloud = np.unique(corners.reshape(-1, 3), axis=0)
-    if len(cloud) > SAMPLES:
-        cloud = cloud[rng.choice(len(cloud), SAMPLES, replace=False)]
-    inner: Array = a[rows] + u * (b - a)[rows] + v * (c - a)[rows]
-    return np.concatenate([cloud, inner])

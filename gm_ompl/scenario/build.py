@@ -9,9 +9,9 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.collision import Scene
+from gm_ompl.geometry.hulls import whole_hull
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, shifted
-from gm_ompl.geometry.usage import whole_hull
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards

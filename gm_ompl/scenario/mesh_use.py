@@ -10,8 +10,9 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.flattening import flattened
-from gm_ompl.geometry.triangles import TriangleMesh
-from gm_ompl.geometry.usage import NOTHING, Usage, Used, clean_hull, hull_mesh
+from gm_ompl.geometry.hulls import clean_hull, hull_mesh
+from gm_ompl.geometry.triangles import EMPTY, TriangleMesh
+from gm_ompl.geometry.usage import NOTHING, Usage, Used
 from gm_ompl.geometry.welding import resolution
 from gm_ompl.scenario.rotations import rotation_matrix
 from gm_ompl.scenario.shape_fields import MeshModel, MeshUse, ObstacleModel, PartModel, Shape
@@ -99,10 +100,10 @@ def _triangles(shape: MeshUse, folder: Path | None) -> tuple[Array, IntArray, fl
 
 def _has_volume(vertices: Array) -> bool:
     try:
-        clean_hull(hull_mesh(vertices), 0.0)
+        whole = hull_mesh(vertices)
     except GeometryError:
         return False
-    return True
+    return whole.volume > EMPTY * whole.extent**3
 
 
 def _plate(shape: AnyShape, vertices: Array) -> str:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
 from gm_ompl.errors import ScenarioError
+from gm_ompl.geometry import decomposition, remedies, usage
 from gm_ompl.scenario.inspection import inspect
 
 OFFER = re.compile(r"(bodies|weld|simplify|convex): (all|hull|decompose|\[\d+\]|[\d.e+-]+)")
@@ -71,15 +72,23 @@ BAD: dict[str, tuple[Callable[[], trimesh.Trimesh], str]] = {
                          "there are 2 bodies"),
     "torn": (lambda: torn(1e-4), "bodies"),
     "a triangle twice": (lambda: both(box(), without(box(), *range(1, 12))), ""),
-    "a hole of 300 facets": (lambda: dented(300), "not convex along 300 planes"),
-    "too many triangles": (lambda: fine(6), "49152 triangles; at most 20000"),
+    "a hole of many facets": (lambda: dented(12), "not convex along 12 planes; at most 8"),
+    "too many triangles": (lambda: fine(2), "192 triangles; at most 100"),
     "a surface through itself": (klein, ""),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_a_refusal_offers_works_when_typed(name: str, tmp_path: Path) -> None:
+def test_what_a_refusal_offers_works_when_typed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Every key that the message offers is typed and the mesh loads; at least one is offered."""
+    for module, limit, low in (
+        (decomposition, "MAX_DENTS", 8),
+        (usage, "MAX_FACES", 100),
+        (remedies, "FEWER", 50),
+    ):
+        monkeypatch.setattr(module, limit, low)  # small meshes are quick
     make, reason = BAD[name]
     file = tmp_path / "part.stl"
     make().export(file)
@@ -95,9 +104,9 @@ def test_what_a_refusal_offers_works_when_typed(name: str, tmp_path: Path) -> No
 
 
 def test_decompose_works_when_typed(tmp_path: Path) -> None:
-    """Open and double meshes become convex pieces near them."""
+    """Meshes with hollows, and double ones, become convex pieces near them."""
     pytest.importorskip("coacd")
-    for name in ("open on one side", "two apart"):
+    for name in ("a hole of many facets", "two apart"):
         file = tmp_path / "part.stl"
         BAD[name][0]().export(file)
         found = inspect(str(file), ["convex=decompose"])
