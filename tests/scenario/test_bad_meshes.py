@@ -16,6 +16,7 @@ from gm_ompl.app.main import app
 from gm_ompl.errors import ScenarioError
 from gm_ompl.geometry import decomposition, remedies, usage
 from gm_ompl.scenario.inspection import inspect
+from tests.moved import parts
 
 OFFER = re.compile(r"(bodies|weld|simplify|convex): (all|hull|decompose|\[\d+\]|[\d.e+-]+)")
 
@@ -106,11 +107,12 @@ def test_what_a_refusal_offers_works_when_typed(
 def test_decompose_works_when_typed(tmp_path: Path) -> None:
     """Meshes with hollows, and double ones, become convex pieces near them."""
     pytest.importorskip("coacd")
-    for name in ("a hole of many facets", "two apart"):
+    for mesh, pieces in ((parts()["L"], 2), (BAD["two apart"][0](), 2)):
         file = tmp_path / "part.stl"
-        BAD[name][0]().export(file)
+        mesh.export(file)
         found = inspect(str(file), ["convex=decompose"])
-        assert found.deviation < 0.1 * found.body.diagonal
+        assert found.deviation < 1e-3 * found.body.diagonal
+        assert len(found.body.pieces) == pieces
 
 
 def _flat(file: Path) -> None:
