@@ -70,11 +70,15 @@ def _messages(found: Inspection) -> list[bytes]:
     diagonal = found.body.diagonal
     poses = [Pose.from_quaternion(np.array([0.0, 0.0, diagonal / 2]), np.array([1.0, 0, 0, 0]))]
     for k, rest in enumerate(found.rests[:LYING]):
-        place = np.array([GAP * diagonal * (k + 1), 0.0, rest.height])
+        place = np.array([0.0, GAP * diagonal * (k + 1), rest.height])
         poses.append(Pose.from_quaternion(place, rest.rotation))
-    scale = VIEW_SIZE / diagonal
+    scale = 1.5 * VIEW_SIZE / (GAP * diagonal * len(poses))
     world = view["world"]
-    world.set_transform(similarity(scale, np.array([-scale * GAP * diagonal, 0.0, 0.0])))
+    world.set_transform(
+        similarity(scale, np.array([0.0, -scale * GAP * diagonal * (len(poses) - 1) / 2, 0.0]))
+    )
+    camera = view["/Cameras/default/rotated/<object>"]
+    camera.set_property("position", [1.4 * VIEW_SIZE, 0.7 * VIEW_SIZE, 0.0])  # its y is up
     for k, pose in enumerate(poses):
         node = world[f"pose{k}"]
         placed = np.eye(4)
