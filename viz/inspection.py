@@ -72,7 +72,7 @@ def _messages(found: Inspection) -> list[bytes]:
     for k, rest in enumerate(found.rests[:LYING]):
         place = np.array([0.0, GAP * diagonal * (k + 1), rest.height])
         poses.append(Pose.from_quaternion(place, rest.rotation))
-    scale = 1.5 * VIEW_SIZE / (GAP * diagonal * len(poses))
+    scale = 2.5 * VIEW_SIZE / (GAP * diagonal * len(poses))
     world = view["world"]
     world.set_transform(
         similarity(scale, np.array([0.0, -scale * GAP * diagonal * (len(poses) - 1) / 2, 0.0]))
