@@ -204,6 +204,9 @@ def _summary(animation: Animation) -> str:
             f"{plan.regrasps} regrasp" + ("" if plan.regrasps == 1 else "s"),
         ]
     facts.append(f"planner {plan.planner}")
+    off = plan.scenario["object"]["shape"].get("deviation")
+    if off:
+        facts.append(f"shape up to {off:.3g} off its file's surface")
     return "".join(f"<li><bdi>{escaped(fact)}</bdi></li>" for fact in facts)
 
 

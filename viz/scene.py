@@ -78,6 +78,11 @@ class SceneMessages:
     slots: int
 
 
+def visualizer(recorder: Recorder) -> Any:
+    """Return a ``meshcat.Visualizer`` whose messages ``recorder`` keeps."""
+    return meshcat.Visualizer(window=recorder)
+
+
 def viewer_script() -> str:
     """Return the source of meshcat's viewer, three.js included."""
     path = files("meshcat") / "viewer" / "dist" / "main.min.js"
@@ -88,10 +93,10 @@ def scene_messages(animation: Animation) -> SceneMessages:
     """Return the scene of ``animation``, nothing yet posed but what never moves."""
     region = neighbourhood(animation)
     recorder = Recorder()
-    view = meshcat.Visualizer(window=recorder)
+    view = visualizer(recorder)
     scale = VIEW_SIZE / region.diagonal
     world = view["world"]
-    world.set_transform(_similarity(scale, -scale * region.centre))
+    world.set_transform(similarity(scale, -scale * region.centre))
     for helper in ("/Grid", "/Axes"):
         view[helper].set_property("visible", False)
     view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
@@ -109,14 +114,15 @@ def scene_messages(animation: Animation) -> SceneMessages:
     return SceneMessages(tuple(recorder.messages), scale, region.centre, arrow, slots)
 
 
-def _similarity(scale: float, offset: Array) -> Array:
+def similarity(scale: float, offset: Array) -> Array:
+    """Return the transform (4, 4) that scales and then moves."""
     matrix = np.diag([scale, scale, scale, 1.0])
     matrix[:3, 3] = offset
     return matrix
 
 
 def _translation(offset: Any) -> Array:
-    return _similarity(1.0, np.asarray(offset))
+    return similarity(1.0, np.asarray(offset))
 
 
 def _surroundings(world: Any, animation: Animation, region: View) -> None:
@@ -141,7 +147,7 @@ def _piece(node: Any, piece: ConvexPiece, colour: int, opacity: float) -> None:
     middle = piece.vertices.mean(axis=0)
     node.set_transform(_translation(middle))
     corners = piece.vertices - middle
-    _solid(
+    draw_solid(
         node, triangles_of(piece.faces, corners), edges_of(piece.faces, corners), colour, opacity
     )
 
@@ -150,15 +156,15 @@ def _body(node: Any, body: Body) -> None:
     if body.surface:
         triangles = np.concatenate([face.triangles for face in body.surface])
         rims = np.concatenate([face.rim for face in body.surface])
-        _solid(node, triangles, rims, palette.OBJECT, 0.84)
+        draw_solid(node, triangles, rims, palette.OBJECT, 0.84)
         return
     for k, piece in enumerate(body.pieces):
         solid = triangles_of(piece.faces, piece.vertices)
         edges = edges_of(piece.faces, piece.vertices)
-        _solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 0.84)
+        draw_solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 0.84)
 
 
-def _solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
+def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
     """Draw triangles (t, 3, 3), each flat, and edges (e, 2, 3)."""
     corners = triangles.reshape(-1, 3)
     mesh = g.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -175,6 +175,7 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"
+    yield from _deviations(plan.scenario)
     if plan.lower_bound is not None and not plan.optimal:
         yield f"  lower bound  {plan.lower_bound:.6g}"
     spent = plan.statistics
@@ -184,6 +185,15 @@ def summary(plan: Plan) -> Iterator[str]:
     )
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
+
+
+def _deviations(scenario: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how far shapes are from the files they come from, where they are."""
+    shapes = {"object": scenario["object"]["shape"]}
+    shapes |= scenario.get("environment", {}).get("obstacles", {})
+    for name, shape in shapes.items():
+        if shape.get("deviation"):
+            yield f"  shape        {name}: up to {shape['deviation']:.3g} off its file's surface"
 
 
 def _stage(step: Step) -> tuple[Any, ...]:

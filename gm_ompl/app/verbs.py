@@ -236,6 +236,21 @@ class BenchVerb:
     as_json: AsJson = False
 
 
+@dataclass(frozen=True)
+class InspectVerb:
+    """Show a mesh, or a scenario's object: size, mass, how it can lie, pieces, faces.
+
+    For a mesh, --set takes the keys that stand beside mesh: in a scenario, as in
+    --set scale=0.001 --set convex=hull. Mass properties are those of uniform density; a mesh has
+    mass 1.
+    """
+
+    mesh: Annotated[str, argument("A mesh file, or a scenario.", "MESH")]
+    overrides: Overrides = None
+    html: Annotated[Path | None, option("Write a stand-alone page that shows it.", "FILE")] = None
+    as_json: AsJson = False
+
+
 VERBS = {
     "list": (ListVerb, ".showing:list_command"),
     "plan": (PlanVerb, ".planning:plan_command"),
@@ -244,6 +259,7 @@ VERBS = {
     "view": (ViewVerb, ".showing:view_command"),
     "plot": (PlotVerb, ".showing:plot_command"),
     "export": (ExportVerb, ".showing:export_command"),
+    "inspect": (InspectVerb, ".inspecting:inspect_command"),
     "execute": (ExecuteVerb, ".executing:execute_command"),
     "compare": (CompareVerb, ".comparing:compare_command"),
     "tune": (TuneVerb, ".tuning:tune_command"),

@@ -31,6 +31,9 @@ FAR = 4.0
 UNIT = 10.0
 """D inside FCL, whose tolerances are absolute."""
 
+POINT = 1e-9
+"""Radius of a sphere that stands for a point inside FCL."""
+
 _PLAIN = fcl.CollisionRequest()
 
 
@@ -162,6 +165,23 @@ class Scene:
         corners = (middle + factor * (piece.vertices - middle)) * self._scale
         faces = np.array([n for face in piece.faces for n in (len(face), *face)])
         return fcl.CollisionObject(fcl.Convex(corners, len(piece.faces), faces))
+
+
+def surface_distances(corners: Array, points: Array) -> Array:
+    """Return how far points (n, 3) are from the nearest of triangles (t, 3, 3), (n,)."""
+    cloud = corners.reshape(-1, 3)
+    middle = (cloud.max(axis=0) + cloud.min(axis=0)) / 2
+    scale = UNIT / float(np.linalg.norm(np.ptp(cloud, axis=0)))
+    surface = fcl.BVHModel()
+    surface.beginModel(len(corners), len(cloud))
+    surface.addSubModel((cloud - middle) * scale, np.arange(len(cloud)).reshape(-1, 3))
+    surface.endModel()
+    model, point = fcl.CollisionObject(surface), fcl.CollisionObject(fcl.Sphere(POINT))
+    distances = []
+    for place in (points - middle) * scale:
+        point.setTranslation(place)
+        distances.append(fcl.distance(model, point, fcl.DistanceRequest(), fcl.DistanceResult()))
+    return np.maximum(np.array(distances) + POINT, 0.0) / scale
 
 
 def _collide(a: fcl.CollisionObject, b: fcl.CollisionObject) -> bool:

@@ -14,6 +14,8 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
+from gm_ompl.geometry.grouping import facets_of, neighbours_of
+from gm_ompl.geometry.shells import inside
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
 
@@ -37,6 +39,14 @@ def solid(mesh: TriangleMesh) -> Body:
             into too many pieces.
     """
     whole = hull(mesh.vertices)
+    dents = _dents(mesh, whole)
+    if not dents:
+        _check_volume(mesh, (whole,))
+        return Body((whole,))
+    if dents > MAX_DENTS:
+        raise GeometryError(
+            f"the mesh is not convex along {dents} planes; at most {MAX_DENTS} are cut"
+        )
     faces = planar_faces(mesh)
     planes = [(f.normal, float((f.triangles @ f.normal).mean())) for f in faces]
     fragments = [
@@ -44,25 +54,17 @@ def solid(mesh: TriangleMesh) -> Body:
         for number, face in enumerate(faces)
         for triangle in face.triangles
     ]
-    root = _Cell(whole, [f for f in fragments if not _on_hull(f, whole, mesh.extent)])
-    if not root.fragments:
-        _check_volume(mesh, (whole,))
-        return Body((whole,))
-    dents = {fragment.plane for fragment in root.fragments}
-    if len(dents) > MAX_DENTS:
-        raise GeometryError(
-            f"the mesh is not convex along {len(dents)} planes; at most {MAX_DENTS} are cut. "
-            "Simplify its hollows, or give the shape as pieces"
-        )
+    root = _Cell(whole, [f for f in fragments if not _on_hull(f.corners, whole, mesh.extent)])
     try:
         cells = _leaves(root, planes, mesh)
     except GeometryError as error:
         raise GeometryError(f"the mesh is too thin somewhere to be cut: {error}") from None
-    pieces = _merged([cell for cell in cells if _inside(cell, mesh)], mesh.extent)
+    pieces = _merged(
+        [cell for cell in cells if inside(cell.vertices.mean(axis=0), mesh.corners)], mesh.extent
+    )
     if len(pieces) > MAX_PIECES:
         raise GeometryError(
-            f"the mesh falls into {len(pieces)} convex pieces; at most {MAX_PIECES} are taken. "
-            "Simplify its hollows, or give the shape as pieces"
+            f"the mesh falls into {len(pieces)} convex pieces; at most {MAX_PIECES} are taken"
         )
     _check_volume(mesh, pieces)
     return Body(pieces, faces)
@@ -84,8 +86,17 @@ class _Cell:
     fragments: list[Fragment]
 
 
-def _on_hull(fragment: Fragment, whole: ConvexPiece, extent: float) -> bool:
-    heights = fragment.corners @ whole.face_normals.T - whole.face_offsets
+def _dents(mesh: TriangleMesh, whole: ConvexPiece) -> int:
+    """Return the number of facets that do not lie on the hull."""
+    inner = np.array([not _on_hull(corners, whole, mesh.extent) for corners in mesh.corners])
+    if not inner.any():
+        return 0
+    facets = facets_of(mesh.corners, neighbours_of(mesh.faces), COPLANAR * mesh.extent)
+    return sum(bool(inner[rows].any()) for rows in facets)
+
+
+def _on_hull(corners: Array, whole: ConvexPiece, extent: float) -> bool:
+    heights = corners @ whole.face_normals.T - whole.face_offsets
     return bool((heights >= -COPLANAR * extent).all(axis=0).any())
 
 
@@ -189,17 +200,6 @@ def _half(
         if len(corners) >= 3:
             kept.append(Fragment(np.array(corners), fragment.plane))
     return kept
-
-
-def _inside(piece: ConvexPiece, mesh: TriangleMesh) -> bool:
-    """Whether the middle of a leaf lies in the mesh: its winding number, from solid angles."""
-    a, b, c = (mesh.corners - piece.vertices.mean(axis=0)).transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    volume_of = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
-    ab, bc, ca = dots
-    angle = 2.0 * np.arctan2(volume_of, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return bool(angle.sum() > 2.0 * np.pi)
 
 
 def _merged(pieces: list[ConvexPiece], extent: float) -> tuple[ConvexPiece, ...]:

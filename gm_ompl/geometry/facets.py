@@ -25,6 +25,10 @@ PARALLEL = 1e-9
 """Directions with a smaller sine between them count as parallel."""
 
 
+class CrowdedError(GeometryError):
+    """Points are so close together that faces cannot be told apart."""
+
+
 @dataclass(frozen=True, eq=False)
 class Polyhedron:
     """A convex polyhedron's corners, faces and edge directions (see ``ConvexPiece``)."""
@@ -89,8 +93,7 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
         if not free[seed]:
             continue
         normal, shift = found.equations[seed, :3], found.equations[seed, 3]
-        flat = (np.abs(corners @ normal + shift) <= COPLANAR).all(axis=1)
-        triangles = _flood(int(seed), flat & free, found)
+        triangles = _flood(int(seed), free, found, local @ normal + shift)
         free[triangles] = False
         members = sorted(set(found.simplices[triangles].ravel()))
         plane = local[members] @ plane_basis(normal).T
@@ -99,13 +102,17 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
     return faces
 
 
-def _flood(seed: int, allowed: BoolArray, found: ConvexHull) -> list[int]:
+def _flood(seed: int, free: BoolArray, found: ConvexHull, heights: Array) -> list[int]:
+    """Return the free triangles around ``seed`` whose corners have no height over its plane."""
+    flat = (np.abs(heights) <= COPLANAR).tolist()
     reached, front = {seed}, [seed]
     while front:
-        for other in found.neighbors[front.pop()]:
-            if allowed[other] and other not in reached:
-                reached.add(int(other))
-                front.append(int(other))
+        for other in found.neighbors[front.pop()].tolist():
+            if other in reached or not free[other]:
+                continue
+            if all(flat[corner] for corner in found.simplices[other].tolist()):
+                reached.add(other)
+                front.append(other)
     return sorted(reached)
 
 
@@ -119,7 +126,7 @@ def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
     normals = normals[order]
     edges = {(a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     if any(len(face) < 3 for face in faces) or any((b, a) not in edges for a, b in edges):
-        raise GeometryError(
+        raise CrowdedError(
             "a hull's points are too close together to tell its faces apart; leave out points "
             f"nearer than {COPLANAR:g} of its extent to a face or an edge"
         )
@@ -136,7 +143,9 @@ def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
 def _normal(ring: Array) -> Array:
     """Return the unit normal of a polygon (k, 3) by Newell's sum of cross products."""
     local = ring - ring[0]
-    total = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    x, y, z = local.T
+    u, v, w = local[np.arange(1, len(local) + 1) % len(local)].T
+    total = np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()])
     normal: Array = total / np.linalg.norm(total)
     return normal
 
@@ -148,8 +157,11 @@ def _from_least(ring: list[int]) -> tuple[int, ...]:
 
 def directions(vectors: Array) -> Array:
     """Return one unit vector (e, 3) per set of parallel ``vectors``, in order of appearance."""
-    kept: list[Array] = []
-    for vector in vectors / np.linalg.norm(vectors, axis=1, keepdims=True):
-        if not kept or np.linalg.norm(np.cross(kept, vector), axis=1).min() > PARALLEL:
-            kept.append(vector)
-    return np.array(kept)
+    from scipy.spatial import cKDTree
+
+    units = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    tree = cKDTree(units)
+    near = [tree.query_ball_point(sign * units, PARALLEL) for sign in (1.0, -1.0)]
+    first = [min((*same, *opposite)) for same, opposite in zip(*near, strict=True)]
+    distinct: Array = units[np.array(first) == np.arange(len(units))]
+    return distinct

@@ -1,92 +1,153 @@
-"""Meshes read from files: the door to trimesh."""
+"""Meshes read from files, simplified, decomposed: the door to trimesh and coacd."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.errors import GeometryError, did_you_mean
-from gm_ompl.geometry.triangles import TriangleMesh, checked
+from gm_ompl.errors import GeometryError, MissingExtraError, did_you_mean
+from gm_ompl.geometry.welding import resolution
 from gm_ompl.reading import Kind, check_ordinary
 
-SUFFIXES = (".stl", ".obj", ".ply")
+if TYPE_CHECKING:
+    import trimesh
+
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 """The formats that are read."""
 
 MAX_BYTES = 50 * 1024 * 1024
 """Larger files are refused unread: no mesh within ``MAX_FACES`` needs so much."""
 
-KIND = Kind(
-    "mesh", ", ".join(SUFFIXES), MAX_BYTES, GeometryError,
-    lambda _: "; the path counts from the scenario's folder",
-)  # fmt: skip
 
-MAX_FACES = 20_000
-"""A mesh with more triangles is refused: plan files carry every one of them."""
+def _hint(path: Path) -> str:
+    near = [other.name for other in path.parent.glob("*") if other.suffix.lower() in SUFFIXES]
+    return f"; the path counts from the scenario's folder{did_you_mean(path.name, near)}"
+
+
+KIND = Kind("mesh", ", ".join(SUFFIXES), MAX_BYTES, GeometryError, _hint)
 
 FARTHEST = 1e15
 """No coordinate lies farther out: volumes and moments must stay finite."""
 
+CONCAVITY = (0.05, 0.1, 0.2, 0.4)
+"""What coacd may leave unfilled, relative to the extent: finer first, coarser for fewer pieces."""
 
-LARGE = 1e6
-"""Larger coordinates are shrunk to merge vertices: trimesh counts steps of 1e-8, in 64 bits."""
+BEFORE_CUTTING = 2000
+"""A mesh is simplified to so many triangles before coacd, whose time grows with them, cuts it."""
+
+MAX_CORNERS = 48
+"""Corners of one of coacd's pieces: every collision query asks each of them."""
 
 
-def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
-    """Return the closed mesh in a file, its coordinates times ``scale``.
+def read_triangles(path: Path, scale: float = 1.0) -> tuple[Array, IntArray, float]:
+    """Return what is in a mesh file: vertices (v, 3), triangles (t, 3), and its resolution.
 
-    Vertices that coincide are joined, and triangles are turned outward where they are not.
+    Vertices and resolution are times ``scale``.
 
     Raises:
-        GeometryError: the file is missing or no mesh, or the mesh encloses no volume.
+        GeometryError: the file is missing, is no mesh, or holds numbers beyond all measure.
     """
-    _check_file(path)
-    return checked(*_triangles(path, scale))
-
-
-def _check_file(path: Path) -> None:
     if path.suffix.lower() not in SUFFIXES:
         hint = did_you_mean(path.suffix.lower(), SUFFIXES)
-        raise GeometryError(f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}")
+        raise GeometryError(
+            f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}; save it as one"
+        )
     check_ordinary(path, KIND)
+    mesh = _loaded(path)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    if not float(np.abs(vertices).max()) * scale <= FARTHEST:
+        raise GeometryError(
+            f"{path}: a coordinate is no number, or beyond {FARTHEST:g} in the scenario's units "
+            "(scale counted in); give a smaller scale, or save the mesh anew"
+        )
+    finest = resolution(vertices, single=path.suffix.lower() == ".glb")
+    return vertices * scale, np.asarray(mesh.faces, dtype=np.int64), finest * scale
 
 
-def _triangles(path: Path, scale: float) -> tuple[Array, IntArray]:
-    """Return vertices (v, 3), scaled, and triangles (t, 3), outward where that can be told."""
+def _loaded(path: Path) -> trimesh.Trimesh:
     import trimesh  # heavy, and needed only where a scenario names a mesh file
 
+    kind = path.suffix[1:].upper()
+    advice = f"save it as {kind} anew, or name the format by its ending"
     try:
         mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), process=False)
+        if isinstance(mesh, trimesh.Scene):
+            mesh = mesh.to_mesh()
     except ImportError:  # what is no text, trimesh would guess the encoding of
-        kind = path.suffix[1:].upper()
         raise GeometryError(
-            f"{path}: is no {kind} mesh that can be read: neither its binary nor its text form"
+            f"{path}: is no {kind} mesh that can be read: neither its binary nor its text form; "
+            f"{advice}"
         ) from None
     except Exception as error:  # trimesh raises whatever its parsers raise
         reason = " ".join(str(error).split()) or type(error).__name__
-        kind = path.suffix[1:].upper()
-        raise GeometryError(f"{path}: is no {kind} mesh that can be read: {reason}") from None
-    if isinstance(mesh, trimesh.Scene):
-        mesh = mesh.to_mesh()
+        raise GeometryError(
+            f"{path}: is no {kind} mesh that can be read: {reason}; {advice}"
+        ) from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise GeometryError(f"{path}: holds no triangles")
-    if len(mesh.faces) > MAX_FACES:
         raise GeometryError(
-            f"{path}: {len(mesh.faces)} triangles; at most {MAX_FACES} are taken, simplify the mesh"
+            f"{path}: holds no triangles; save a surface (no points, lines or empty scene)"
         )
-    vertices = np.asarray(mesh.vertices, dtype=np.float64)
-    farthest = float(np.abs(vertices).max())
-    if not farthest * scale <= FARTHEST:
-        raise GeometryError(
-            f"{path}: a coordinate is no number, or beyond {FARTHEST:g} in the scenario's units "
-            "(scale counted in)"
-        )
-    shrunk = 2.0 ** max(0, math.frexp(farthest / LARGE)[1])  # a power of two rounds nothing
-    mesh.vertices = vertices / shrunk
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    if not mesh.is_volume:
-        mesh.fix_normals()
-    merged = np.asarray(mesh.vertices, dtype=np.float64) * shrunk * scale
-    return merged, np.asarray(mesh.faces, dtype=np.int64)
+    return mesh
+
+
+def turned_outward(vertices: Array, faces: IntArray) -> IntArray:
+    """Return the triangles turned so that they face outward, where that can be told."""
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    with np.errstate(all="ignore"):  # trimesh divides by the volume, which may be 0
+        if not mesh.is_volume:
+            mesh.fix_normals()
+    return np.asarray(mesh.faces, dtype=np.int64)
+
+
+def simplified(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntArray]:
+    """Return a surface of at most ``most`` triangles near the given one (quadric error).
+
+    Raises:
+        MissingExtraError: fast-simplification is not installed.
+    """
+    if len(faces) <= most:
+        return vertices, faces
+    try:
+        import fast_simplification
+    except ImportError:
+        raise MissingExtraError("fast-simplification", "meshes") from None
+    middle = vertices.mean(axis=0)
+    size = float(np.ptp(vertices, axis=0).max()) or 1.0
+    points, triangles = fast_simplification.simplify(
+        (vertices - middle) / size, faces.astype(np.int32), target_count=most
+    )
+    return np.asarray(points, dtype=np.float64) * size + middle, triangles.astype(np.int64)
+
+
+def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> list[Array]:
+    """Return the corners of convex pieces that fill a surface about.
+
+    A surface that is not closed is taken as a thin wall. The concavity allowed is the first of
+    ``CONCAVITY`` that leads to at most ``most`` pieces.
+
+    Raises:
+        MissingExtraError: coacd is not installed.
+        GeometryError: it finds no pieces.
+    """
+    try:
+        import coacd
+    except ImportError:
+        raise MissingExtraError("coacd", "meshes") from None
+    coacd.set_log_level("off")
+    parts: list[Array] = []
+    for threshold in CONCAVITY:
+        found = coacd.run_coacd(
+            coacd.Mesh(vertices, faces), threshold=threshold, merge=False, seed=0,
+            preprocess_mode="off" if closed else "on", preprocess_resolution=60,
+            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2,
+            decimate=True, max_ch_vertex=MAX_CORNERS,
+        )  # fmt: skip
+        parts = [np.asarray(corners, dtype=np.float64) for corners, _ in found]
+        if 0 < len(parts) <= most:
+            return parts
+    raise GeometryError(f"coacd finds {len(parts)} convex pieces; at most {most} are taken")

@@ -11,6 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
 from gm_ompl.errors import GeometryError, did_you_mean
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
+from gm_ompl.geometry.rectangle import rectangle_around
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.triangles import PlanarFace
 
@@ -61,27 +62,8 @@ class PlacementTable:
         return int(hits[0]) if len(hits) else None
 
 
-TIE = 1e-9
-"""Relative difference below which two bounding rectangles have equal areas."""
-
 INSIDE = 1e-9
 """A cell's centre this close to its face's border, relative to D, still lies on the face."""
-
-
-@dataclass(frozen=True, eq=False)
-class Rectangle:
-    """A rectangle in space: ``centre`` +- ``half[k] * axes[k]``; shapes (3,), (2, 3), (2,)."""
-
-    centre: Array
-    axes: Array
-    half: Array
-
-    def cells(self, grid: tuple[int, int]) -> Array:
-        """Return the cell centres (m1 * m2, 3) of a cell-centred grid, row-major."""
-        first, second = ((np.arange(m) + 0.5) / m * 2.0 - 1.0 for m in grid)
-        steps = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1).reshape(-1, 2)
-        points: Array = self.centre + (steps * self.half) @ self.axes
-        return points
 
 
 def placements(
@@ -149,12 +131,17 @@ def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str
 
 def _spots(
     body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]
-) -> Iterator[tuple[int, _Face, Array]]:
+) -> Iterator[tuple[int, Face, Array]]:
     """Yield per wanted face its number, itself and its cells' centres (k, 3)."""
     wanted = _wanted(face_labels(body), faces)
     for number, patch in enumerate(_faces_of(body)):
         if number in wanted:
-            yield number, patch, _rectangle(patch.ring, patch.normal).cells(grid)
+            yield number, patch, rectangle_around(patch.ring, patch.normal).cells(grid)
+
+
+def faces_of(body: Body) -> Iterator[tuple[str, Face]]:
+    """Yield the name and the extent of every face of the body."""
+    yield from zip(face_labels(body), _faces_of(body), strict=True)
 
 
 def face_areas(body: Body) -> Array:
@@ -170,34 +157,8 @@ def face_labels(body: Body) -> tuple[str, ...]:
     return tuple(str(k) for k in range(count))
 
 
-def _rectangle(corners: Array, normal: Array) -> Rectangle:
-    """Return the least rectangle around a convex ring of corners (k, 3)."""
-    edges = np.roll(corners, -1, axis=0) - corners
-    candidates = []
-    for edge in edges / np.linalg.norm(edges, axis=1, keepdims=True):
-        axes = _oriented(np.stack([edge, np.cross(normal, edge)]))
-        reach = (corners - corners[0]) @ axes.T
-        low, high = reach.min(axis=0), reach.max(axis=0)
-        centre = corners[0] + (low + high) / 2 @ axes
-        candidates.append(Rectangle(centre, axes, (high - low) / 2))
-    least = min(float(r.half.prod()) for r in candidates)
-    tied = [r for r in candidates if r.half.prod() <= least * (1.0 + TIE)]
-    return min(tied, key=lambda r: tuple(-np.round(np.abs(r.axes[0]), 9)))
-
-
-def _oriented(axes: Array) -> Array:
-    """Point each of two directions along the axis it is closest to; lower axis first."""
-    sizes = np.round(np.abs(axes), 9)  # rounded: equal components must not be told apart by noise
-    closest = sizes.argmax(axis=1)
-    signed = axes * np.sign(axes[[0, 1], closest])[:, None]
-    first, second = (tuple(row) for row in sizes)
-    swap = (closest[1], [-c for c in second]) < (closest[0], [-c for c in first])
-    ordered: Array = signed[::-1] if swap else signed
-    return ordered
-
-
 @dataclass(frozen=True, eq=False)
-class _Face:
+class Face:
     """One face of a body: face ``index`` of piece ``owner``, or one of a mesh's surface.
 
     Attributes:
@@ -223,14 +184,14 @@ class _Face:
         return PlanarFace(np.array(fan), rim, self.normal)
 
 
-def _faces_of(body: Body) -> Iterator[_Face]:
+def _faces_of(body: Body) -> Iterator[Face]:
     for plane in body.surface:
-        yield _Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
+        yield Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
     if body.surface:
         return
     for owner, piece in enumerate(body.pieces):
         for corners, normal in zip(piece.faces, piece.face_normals, strict=True):
-            yield _Face(normal, piece.vertices[list(corners)], piece, owner)
+            yield Face(normal, piece.vertices[list(corners)], piece, owner)
 
 
 def _outline(plane: PlanarFace, D: float) -> Array:
@@ -241,7 +202,7 @@ def _outline(plane: PlanarFace, D: float) -> Array:
     return ring
 
 
-def _usable(body: Body, patch: _Face, spots: Array, margin: float) -> BoolArray:
+def _usable(body: Body, patch: Face, spots: Array, margin: float) -> BoolArray:
     """Whether points (k, 3) in a face's plane may be placements."""
     slack = INSIDE * body.diagonal
     if patch.plane is not None:
@@ -280,7 +241,7 @@ def _on_face(piece: ConvexPiece, spots: Array, slack: float) -> BoolArray:
     return inside
 
 
-def _covered(body: Body, patch: _Face, spots: Array) -> BoolArray:
+def _covered(body: Body, patch: Face, spots: Array) -> BoolArray:
     """Whether another piece covers points (k, 3) on one piece's face, its surface included.
 
     Where the faces of two pieces lie in one plane, a point on their seam belongs to the first.

@@ -11,9 +11,14 @@ from numpy.typing import ArrayLike
 from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
+from gm_ompl.geometry.grouping import facets_of, neighbours_of
 
 EMPTY = 1e-9
 """A volume below this times D^3 is none."""
+
+
+class OpenMeshError(GeometryError):
+    """Triangles do not close: something is missing, or comes twice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,13 +152,13 @@ def _check_closed(mesh: TriangleMesh) -> None:
     there, back = np.sort(tails * count + heads), np.sort(heads * count + tails)
     unpaired = len(np.setdiff1d(there, back))
     if unpaired:
-        raise GeometryError(
+        raise OpenMeshError(
             f"the mesh is not watertight: {unpaired} of its edges have no triangle on the other "
             "side, or one that faces the other way"
         )
     repeated = len(there) - len(np.unique(there))
     if repeated:
-        raise GeometryError(
+        raise OpenMeshError(
             f"the mesh is no surface: {repeated} of its edges are shared by more than two triangles"
         )
 
@@ -161,33 +166,19 @@ def _check_closed(mesh: TriangleMesh) -> None:
 def planar_faces(mesh: TriangleMesh) -> tuple[PlanarFace, ...]:
     """Return the planar faces of the surface: neighbouring triangles in one plane, merged.
 
-    A triangle belongs to a face where its corners lie within 1e-7 of the mesh's extent of the
-    plane of the face's largest triangle. Faces are ordered by normal (largest x first, then y,
-    then z), then by how far out their plane lies, then by their place.
+    Triangles within 1e-7 of the mesh's extent of a plane are a face. Faces are ordered by normal
+    (largest x first, then y, then z), then by how far out their plane lies, then by their place.
     """
     crossed = np.cross(
         mesh.corners[:, 1] - mesh.corners[:, 0], mesh.corners[:, 2] - mesh.corners[:, 0]
     )
-    doubled = np.linalg.norm(crossed, axis=1)
-    neighbours = _neighbours(mesh)
-    free = np.ones(len(mesh.faces), dtype=bool)
     found: list[PlanarFace] = []
-    for seed in np.argsort(-doubled, kind="stable"):
-        if not free[seed]:
-            continue
-        if doubled[seed] <= (COPLANAR * mesh.extent) ** 2:
-            break  # only slivers without area are left
-        normal = crossed[seed] / doubled[seed]
-        heights = (mesh.corners - mesh.corners[seed, 0]) @ normal
-        facing = crossed @ normal >= -COPLANAR * mesh.extent**2
-        flat = free & facing & (np.abs(heights) <= COPLANAR * mesh.extent).all(axis=1)
-        members = _flood(int(seed), flat, neighbours)
-        free[members] = False
+    for members in facets_of(mesh.corners, neighbours_of(mesh.faces), COPLANAR * mesh.extent):
         total = crossed[members].sum(axis=0)
-        rim = _rim(mesh.faces[members])
-        found.append(
-            PlanarFace(mesh.corners[members], mesh.vertices[rim], total / np.linalg.norm(total))
-        )
+        size = float(np.linalg.norm(total))
+        if size > (COPLANAR * mesh.extent) ** 2:  # else a sliver without area
+            rim = _rim(mesh.faces[members])
+            found.append(PlanarFace(mesh.corners[members], mesh.vertices[rim], total / size))
     return tuple(sorted(found, key=lambda face: _place(face, mesh.extent)))
 
 
@@ -196,26 +187,6 @@ def _place(face: PlanarFace, extent: float) -> tuple[float, ...]:
     return tuple(
         -np.round([*face.normal, face.normal @ (face.triangles[0, 0] / extent), *middle], 6)
     )
-
-
-def _neighbours(mesh: TriangleMesh) -> IntArray:
-    """Return per triangle the three on the other side of its edges, (t, 3)."""
-    count = len(mesh.vertices)
-    tails, heads = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
-    there, back = tails * count + heads, heads * count + tails
-    order = np.argsort(there)
-    other = order[np.searchsorted(there[order], back)]
-    return np.asarray(other // 3, dtype=np.int64).reshape(-1, 3)
-
-
-def _flood(seed: int, allowed: BoolArray, neighbours: IntArray) -> list[int]:
-    reached, front = {seed}, [seed]
-    while front:
-        for other in neighbours[front.pop()].tolist():
-            if allowed[other] and other not in reached:
-                reached.add(other)
-                front.append(other)
-    return sorted(reached)
 
 
 def _rim(faces: IntArray) -> IntArray:

@@ -10,14 +10,8 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.solids import (
-    Body,
-    at_centre_of_mass,
-    hull,
-    mass_properties,
-    shifted,
-    turned,
-)
+from gm_ompl.geometry.hulls import whole_hull
+from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, shifted, turned
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import path_lattice
@@ -136,7 +130,7 @@ def _object(model: ScenarioModel) -> tuple[Body, Array]:
 
 def _check_centre(body: Body) -> None:
     """Raise unless the centre of mass, the origin, lies in the body's convex hull."""
-    whole = body.pieces[0] if len(body.pieces) == 1 else hull(body.vertices)
+    whole = whole_hull(body)
     if (whole.face_offsets < -1e-9 * body.diagonal).any():
         raise GeometryError("object.centre_of_mass lies outside the shape")
 

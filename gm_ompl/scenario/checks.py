@@ -14,9 +14,9 @@ from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.fields import BoxModel
 from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+from gm_ompl.scenario.shape_fields import BoxModel, MeshUse
 
 MOST = 1e15
 """No number is larger: products of a few, as in an inertia, must stay finite."""
@@ -66,11 +66,38 @@ SHAPES = ("box", "hull", "mesh", "pieces")
 
 def _shape(path: Path, part: Any) -> Iterator[Finding]:
     yield from one_of(path, part, SHAPES)
-    if part.scale is not None and not isinstance(part.mesh, str):
-        yield (*path, "scale"), part.scale, "only for a mesh file; leave it out"
+    yield from _mesh_keys(path, part)
     for i, piece in enumerate(part.pieces or ()):
         yield from one_of((*path, "pieces", i), piece, ("box", "hull"))
         yield from _box((*path, "pieces", i, "box"), piece.box)
+
+
+def _uses(part: MeshUse) -> dict[str, tuple[str, bool]]:
+    """Return what keys beside a shape are for, and whether it is such a shape."""
+    mesh, hull = part.mesh is not None, getattr(part, "hull", None) is not None
+    file = isinstance(part.mesh, str)
+    made = hull or (mesh and not file) or getattr(part, "pieces", None) is not None
+    keys = ("frame", "weld", "bodies", "simplify", "convex")
+    return {
+        "scale": ("a mesh file", file),
+        "flat": ("a mesh or hull", mesh or hull),
+        "deviation": ("a shape in a plan", made),
+        **dict.fromkeys(keys, ("a mesh", mesh)),
+    }
+
+
+def _mesh_keys(path: Path, part: Any) -> Iterator[Finding]:
+    for key, (use, fits) in _uses(part).items():
+        value = getattr(part, key)
+        if value is not None and not fits:
+            given = value.model_dump(exclude_none=True) if isinstance(value, BaseModel) else value
+            yield (*path, key), given, f"only for {use}; leave it out"
+        elif value is not None and key != "deviation" and part.deviation is not None:
+            yield (
+                (*path, key),
+                value,
+                "not with deviation, which says that it was done; leave out one",
+            )
 
 
 def _box(path: Path, box: BoxModel | None) -> Iterator[Finding]:

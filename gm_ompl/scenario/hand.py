@@ -13,6 +13,7 @@ from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.shapes import is_mesh
 
 MAX_PLACEMENTS = 200_000
 """More grid points than this on all faces together are refused."""
@@ -42,7 +43,7 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
     if notes.problems:
         return None
     grid = (chosen.grid[0], chosen.grid[1])
-    table = placements(body, grid, names, _margin(model, body))
+    table = placements(body, grid, names, margin_of(model, body))
     n = model.fingers.count
     if n and not len(table):
         _no_placement(model, body, names, notes)
@@ -57,18 +58,19 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
     )
 
 
-def _margin(model: ScenarioModel, body: Body) -> float:
+def margin_of(model: ScenarioModel, body: Body) -> float:
+    """Return the least distance of a placement from its face's rim."""
     margin = model.fingers.placements.margin
     if margin is not None:
         return margin
-    return MESH_MARGIN * body.diagonal if model.object.shape.mesh is not None else 0.0
+    return MESH_MARGIN * body.diagonal if is_mesh(model.object.shape) else 0.0
 
 
 def _smallest_face(model: ScenarioModel) -> float:
     least = model.fingers.placements.smallest_face
     if least is not None:
         return least
-    return MESH_SMALLEST_FACE if model.object.shape.mesh is not None else 0.0
+    return MESH_SMALLEST_FACE if is_mesh(model.object.shape) else 0.0
 
 
 def _faces(model: ScenarioModel, body: Body, labels: tuple[str, ...]) -> tuple[str, ...]:
@@ -82,6 +84,11 @@ def _faces(model: ScenarioModel, body: Body, labels: tuple[str, ...]) -> tuple[s
     return tuple(
         label for label, area in zip(labels, areas, strict=True) if area >= least * areas.sum()
     )
+
+
+def offered_faces(model: ScenarioModel, body: Body) -> tuple[str, ...]:
+    """Return the names of the faces on which fingers may be placed."""
+    return _faces(model, body, face_labels(body))
 
 
 def _no_placement(model: ScenarioModel, body: Body, names: tuple[str, ...], notes: Notes) -> None:
@@ -102,7 +109,7 @@ def _no_placement(model: ScenarioModel, body: Body, names: tuple[str, ...], note
             "leaves the fingers no placement: with this grid and these faces it must be at most "
             f"{_rounded_down(widest, body.diagonal):g}"
         )
-        _blame("margin", chosen.margin, _margin(model, body), wanted, notes)
+        _blame("margin", chosen.margin, margin_of(model, body), wanted, notes)
         return
     wanted = (
         "leaves the fingers no placement: every cell's centre is off its face, in a hole or under "

@@ -20,11 +20,9 @@ from gm_ompl.scenario.fields import (
     Matrix,
     NotNegative,
     Number,
-    ObstacleModel,
     OneOrManyNotNegative,
     OneOrManyPositive,
     Positive,
-    Shape,
     Strict,
     Text,
     Vector,
@@ -33,6 +31,7 @@ from gm_ompl.scenario.fields import (
 )
 from gm_ompl.scenario.poses import PoseModel, RegionModel, pose_or_region
 from gm_ompl.scenario.rotations import RotationModel
+from gm_ompl.scenario.shape_fields import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path as FilePath
-from typing import TypeVar
-
 import numpy as np
 
-from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
-from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.triangles import checked
+from gm_ompl.geometry.usage import check_apart
 from gm_ompl.scenario.document import Document, Path
-from gm_ompl.scenario.fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.mesh_use import AnyShape, resolved_shape
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel
-
-OVERLAP = 1e-6
-"""Pieces that overlap by more than this, relative to D, are refused: mass would count twice."""
-
-AnyShape = TypeVar("AnyShape", Shape, ObstacleModel)
+from gm_ompl.scenario.shape_fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
 
 
 def body_of(shape: Shape | ObstacleModel) -> Body:
@@ -39,24 +31,16 @@ def body_of(shape: Shape | ObstacleModel) -> Body:
     if isinstance(shape.mesh, MeshModel):
         return solid(checked(shape.mesh.vertices, shape.mesh.faces))
     assert shape.pieces is not None
-    return _joined([_piece(part) for part in shape.pieces])
+    pieces = tuple(_piece(part) for part in shape.pieces)
+    if shape.deviation is None:
+        check_apart(pieces, "pieces")
+    return Body(pieces)
 
 
 def _piece(part: PartModel) -> ConvexPiece:
     if part.box is not None:
         return box(part.box.min, part.box.max)
     return hull(np.array(part.hull))
-
-
-def _joined(pieces: list[ConvexPiece]) -> Body:
-    body = Body(tuple(pieces))
-    for i, piece in enumerate(pieces):
-        for j in range(i):
-            if penetrates(PlacedPiece(piece), PlacedPiece(pieces[j]), OVERLAP * body.diagonal):
-                raise GeometryError(
-                    f"pieces {j} and {i} overlap; they may touch, so that volume counts once"
-                )
-    return body
 
 
 def with_meshes(model: ScenarioModel, document: Document) -> ScenarioModel:
@@ -81,22 +65,13 @@ def with_meshes(model: ScenarioModel, document: Document) -> ScenarioModel:
 
 
 def _read(shape: AnyShape, path: Path, notes: Notes) -> AnyShape:
-    if not isinstance(shape.mesh, str):
+    if shape.deviation is not None or not (shape.mesh or shape.hull):
         return shape
-    folder, name, scale = notes.document.folder, shape.mesh, shape.scale or 1.0
-    mesh = notes.attempt((*path, "mesh"), lambda: _mesh(folder, name, scale))
-    return shape.model_copy(update={"mesh": mesh, "scale": None})
+    key = "mesh" if shape.mesh else "hull"
+    made = notes.attempt((*path, key), lambda: resolved_shape(shape, notes.document.folder))
+    return made or shape
 
 
-def _mesh(folder: FilePath | None, name: str, scale: float) -> MeshModel:
-    from gm_ompl.geometry.mesh import read_mesh  # trimesh loads on demand
-
-    if folder is None:
-        raise GeometryError(
-            f"no file {name!r} can be looked up from here; give the mesh's vertices and faces"
-        )
-    found = read_mesh(folder / name, scale)
-    return MeshModel(
-        vertices=tuple(map(tuple, found.vertices.tolist())),
-        faces=tuple(map(tuple, found.faces.tolist())),
-    )
+def is_mesh(shape: Shape) -> bool:
+    """Whether the shape comes from a mesh, and not from a drawing board."""
+    return shape.mesh is not None or (shape.pieces is not None and shape.deviation is not None)

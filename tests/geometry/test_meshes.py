@@ -12,10 +12,11 @@ import trimesh
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.decomposition import solid
-from gm_ompl.geometry.mesh import MAX_FACES, read_mesh
+from gm_ompl.geometry.mesh import read_triangles
 from gm_ompl.geometry.solids import Body, box, hull, mass_properties, volume
 from gm_ompl.geometry.surface import face_areas, placements
 from gm_ompl.geometry.triangles import TriangleMesh, checked, planar_faces
+from gm_ompl.geometry.usage import MAX_FACES, Usage, shape_of
 
 PROFILE = ((0, 0), (4, 0), (4, 1), (1, 1), (1, 5), (0, 5))
 """An L in x and z."""
@@ -35,6 +36,12 @@ def l_bracket(depth: float = 3.0) -> tuple[Array, Array]:
 
 def from_trimesh(mesh: trimesh.Trimesh) -> TriangleMesh:
     return checked(mesh.vertices, mesh.faces)
+
+
+def read_mesh(path: Path, scale: float = 1.0) -> TriangleMesh:
+    """Return the one body in a file, as it is."""
+    (mesh,) = shape_of(*read_triangles(path, scale), Usage()).meshes
+    return mesh
 
 
 def ring(sections: int) -> TriangleMesh:

@@ -111,7 +111,7 @@ PATH_CASES = [
     Bad("{box: [5, 5, 10]}", "{mesh: a.stl}", 4, "object.shape.mesh", "no such file"),
     Bad("{box: [5, 5, 10]}", "{mesh: a.dxf}", 4, "object.shape.mesh", "ends in .stl, .obj, .ply"),
     Bad("{box: [5, 5, 10]}", "{mesh: {vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "
-        "faces: [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4]]}}", 4, "object.shape",
+        "faces: [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4]]}}", 4, "object.shape.mesh",
         "names vertex 4"),
     Bad("{box: [5, 5, 10]}", "{pieces: [{box: {min: [0, 0, 0], max: [2, 2, 2]}}, "
         "{box: {min: [1, 1, 1], max: [3, 3, 3]}}]}", 4, "object.shape", "overlap"),
@@ -120,7 +120,7 @@ PATH_CASES = [
     Bad("{box: [5, 5, 10]}", "{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}", 4, "object.shape.hull",
         "at least 4 entries, has 3"),
     Bad("{box: [5, 5, 10]}", "{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}", 4,
-        "object.shape", "one plane"),
+        "object.shape.hull", "one plane"),
     Bad("max: [-3,", "max: [-200,", 16, "environment.obstacles.wall.box.max.0", "> min"),
     Bad("max: [-3,", "max: [-2,", 18, "motion.start", "penetrates obstacle 'wall'"),
     Bad("[0, 0, 5]", "[0, 0, 4.9]", 18, "motion.start", "penetrates the floor"),

@@ -1,0 +1,103 @@
+"""``gm-ompl inspect``: a shape in numbers, and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gm_ompl.app.exits import Exit
+from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.verbs import InspectVerb
+from gm_ompl.arrays import Array
+from gm_ompl.geometry.solids import volume
+from gm_ompl.scenario.inspection import Inspection, inspect
+from gm_ompl.writing import write_text
+
+SHOWN = 12
+"""Resting poses, pieces and faces that are listed at most."""
+
+
+def inspect_command(request: InspectVerb) -> Exit:
+    """Show what is to know of a mesh, or of a scenario's object."""
+    target = writable(request.html, "--html")
+    found = inspect(request.mesh, request.overrides or ())
+    if request.as_json:
+        say_json(found.to_dict())
+    else:
+        for line in lines(found):
+            say(line)
+    if target is not None:
+        from gm_ompl.viz.inspection import inspection_page
+
+        write_text(target, inspection_page(found, "\n".join(lines(found))))
+        note(f"shown in {request.html}")
+    return Exit.OK
+
+
+def lines(found: Inspection) -> Iterator[str]:
+    """Yield the inspection for people."""
+    body, mass = found.body, found.scenario.problem.mass
+    yield f"{found.scenario.name}: {' x '.join(_numbers(np.ptp(body.vertices, axis=0)))}"
+    if found.scenario.model.object.shape.deviation is not None:
+        yield f"  deviation       {found.deviation:.3g} at most between the file's surface and this"
+    yield f"  volume          {found.own.volume:.6g}"
+    yield f"  centre of mass  {', '.join(_numbers(found.own.centre))} (in the shape's coordinates)"
+    yield f"  inertia         about it, at mass {mass:g}"
+    for row in np.asarray(found.scenario.problem.inertia):
+        yield f"                  {'  '.join(f'{value:13.6g}' for value in row)}"
+    yield from _rests(found)
+    yield from _pieces(found)
+    yield from _faces(found)
+
+
+def _rests(found: Inspection) -> Iterator[str]:
+    rests = found.rests
+    yield f"  resting poses   {len(rests)}, steadiest first" if rests else "  resting poses   none"
+    for pose in rests[:SHOWN]:
+        yield (
+            f"    {direction(pose.down)} down: height {pose.height:.9g}, falls beyond "
+            f"{np.rad2deg(pose.tilt):.3g} deg, on {pose.corners} corners, "
+            f"quaternion [{', '.join(f'{value:.6g}' for value in pose.rotation)}]"
+        )
+    yield from _more(len(rests))
+
+
+def _pieces(found: Inspection) -> Iterator[str]:
+    pieces = found.body.pieces
+    yield f"  convex pieces   {len(pieces)}"
+    total = sum(volume(piece) for piece in pieces)
+    for k, piece in enumerate(pieces[:SHOWN]):
+        yield (
+            f"    {k}: {len(piece.vertices)} corners, {len(piece.faces)} faces, "
+            f"{volume(piece) / total:.1%} of the volume"
+        )
+    yield from _more(len(pieces))
+
+
+def _faces(found: Inspection) -> Iterator[str]:
+    offered = [(name, face) for name, face in found.faces if name in found.offered]
+    yield f"  faces           {len(found.faces)}; {len(offered)} of them offered to fingers"
+    areas = {name: face.region().area for name, face in found.faces}
+    total = sum(areas.values())
+    largest = sorted(offered, key=lambda entry: -areas[entry[0]])[:SHOWN]
+    for name, face in largest:
+        yield f"    {name}: {direction(face.normal)}, {areas[name] / total:.1%} of the surface"
+    yield from _more(len(offered))
+
+
+def _more(count: int) -> Iterator[str]:
+    if count > SHOWN:
+        yield f"    and {count - SHOWN} more (--json has them all)"
+
+
+def direction(vector: Array) -> str:
+    """Return a unit vector as an axis ("-z") where it is one, else as numbers."""
+    axis = int(np.abs(vector).argmax())
+    if abs(vector[axis]) > 1.0 - 1e-9:
+        return ("+" if vector[axis] > 0.0 else "-") + "xyz"[axis]
+    return f"[{', '.join(f'{value:.3f}' for value in vector + 0.0)}]"
+
+
+def _numbers(values: Array) -> list[str]:
+    return [f"{value:.6g}" for value in values]
