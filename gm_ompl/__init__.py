@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         UnsoundPlannerError,
     )
     from gm_ompl.geometry.pose import Pose, Twist
-    from gm_ompl.plan.model import Plan
+    from gm_ompl.planfile.model import Plan
     from gm_ompl.planners.ompl.public import plan_from, setup
     from gm_ompl.scenario.scenario import Scenario
 
@@ -40,7 +40,7 @@ _HOMES = {
     "MisfitError": "gm_ompl.errors",
     "MissingExtraError": "gm_ompl.errors",
     "PathError": "gm_ompl.errors",
-    "Plan": "gm_ompl.plan.model",
+    "Plan": "gm_ompl.planfile.model",
     "PlanError": "gm_ompl.errors",
     "Pose": "gm_ompl.geometry.pose",
     "Scenario": "gm_ompl.scenario.scenario",
@@ -96,7 +96,7 @@ class _Package(ModuleType):
 
     Importing a sub-package binds it on its parent, so ``gm_ompl.plan``, the function, would turn
     into the sub-package of that name as soon as anything imports it. Those are reached by
-    ``from gm_ompl.plan.model import ...``, which does not need the binding.
+    ``from gm_ompl.planfile.model import ...``, which does not need the binding.
     """
 
     def __setattr__(self, name: str, value: object) -> None:

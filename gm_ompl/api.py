@@ -13,15 +13,15 @@ import numpy as np
 from gm_ompl import clock
 from gm_ompl.arguments import finite, kind_of, whole
 from gm_ompl.asking import Coordinates, PlacementsLike, budget, coordinates, placed, seconds
+from gm_ompl.diagnosis.values import SECONDS
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import SECONDS
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
-from gm_ompl.plan.assemble import assemble
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
@@ -33,8 +33,8 @@ from gm_ompl.scenario.overrides import Changes
 from gm_ompl.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from gm_ompl.check.report import CheckReport
-    from gm_ompl.explain.values import Explanation
+    from gm_ompl.checking.report import CheckReport
+    from gm_ompl.diagnosis.values import Explanation
 
 ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str] | Mapping[str, Any]
 """A loaded scenario, a shipped name, a file, or a mapping with a file's keys."""
@@ -127,7 +127,7 @@ def check(plan: Plan) -> CheckReport:
     Raises:
         ScenarioError: the scenario inside the plan cannot be used.
     """
-    from gm_ompl.check.check import check  # loads HiGHS
+    from gm_ompl.checking.check import check  # loads HiGHS
 
     return check(plan)
 
@@ -205,7 +205,7 @@ def explain(
     Raises:
         InputError: coordinates, placements or the scenario do not fit.
     """
-    from gm_ompl.explain.explain import explain
+    from gm_ompl.diagnosis.explain import explain
 
     limit = seconds(time_limit)
     given = _warned(loaded(scenario))

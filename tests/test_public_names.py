@@ -45,7 +45,7 @@ def test_functions_keep_their_names_beside_sub_packages() -> None:
             importlib.import_module(f"gm_ompl.{module.name}")
     for name in ("plan", "check", "judge", "load"):
         assert inspect.isfunction(getattr(gm_ompl, name)), name
-    assert isinstance(importlib.import_module("gm_ompl.plan"), ModuleType)
+    assert isinstance(importlib.import_module("gm_ompl.planfile"), ModuleType)
 
 
 def test_unknown_names_are_refused() -> None:

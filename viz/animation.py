@@ -13,9 +13,15 @@ from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment, Segment
-from gm_ompl.plan.fit import problem_of
-from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep, SegmentRecord
-from gm_ompl.plan.record import PoseRecord
+from gm_ompl.planfile.fit import problem_of
+from gm_ompl.planfile.model import (
+    DisplacementStep,
+    PlacementRecord,
+    Plan,
+    RegraspStep,
+    SegmentRecord,
+)
+from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.transit import Transit

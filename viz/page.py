@@ -11,7 +11,7 @@ from importlib.resources import files
 from itertools import groupby
 from typing import Any, Final
 
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Status
 
 from . import palette

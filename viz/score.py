@@ -9,7 +9,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.contact.state import ContactState
-from gm_ompl.plan.model import PlacementRecord
+from gm_ompl.planfile.model import PlacementRecord
 
 from .animation import Animation, ShownSegment
 from .scene import SceneMessages

@@ -13,7 +13,7 @@ from typing import Final
 
 from gm_ompl.app.main import app
 from gm_ompl.app.planning import summary
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text
 

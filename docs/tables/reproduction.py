@@ -12,7 +12,7 @@ from itertools import groupby
 
 from docs.tables.pages import write_page
 from gm_ompl import api
-from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
+from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.study.report import number, table
 
 PAPER = (

@@ -11,8 +11,15 @@ import gm_ompl
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
+from gm_ompl.diagnosis.values import (
+    ContactLine,
+    Explanation,
+    InstantLine,
+    ModeLine,
+    SetLine,
+    Survey,
+)
 from gm_ompl.errors import InputError
-from gm_ompl.explain.values import ContactLine, Explanation, InstantLine, ModeLine, SetLine, Survey
 
 _PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
 

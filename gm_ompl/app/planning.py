@@ -15,7 +15,7 @@ from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.showing import write_html
 from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.errors import InputError, ScenarioError
-from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep, Step
+from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Progress, Report, Status
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario

@@ -15,8 +15,8 @@ from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import CheckVerb, ExportVerb, ListVerb, PlotVerb, ViewVerb
 from gm_ompl.errors import InputError, MisfitError, PlanError, ScenarioError, did_you_mean
-from gm_ompl.plan.fit import in_file
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.fit import in_file
+from gm_ompl.planfile.model import Plan
 from gm_ompl.writing import write_text
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Progress, Report
 from gm_ompl.planners.trace import Expansion, Vertex
 from gm_ompl.reading import Kind, read_text

@@ -17,7 +17,7 @@ from scipy import sparse
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.motion.arc import Moment
-from gm_ompl.plan.model import PlacementRecord
+from gm_ompl.planfile.model import PlacementRecord
 from gm_ompl.problem import Problem
 from gm_ompl.reference import highs
 from gm_ompl.reference.program import LinearProgram, LpStatus

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.plan.arcs import arc_of
-from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.planfile.arcs import arc_of
+from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.reference.stability import DIRECTIONS, resistances
 from gm_ompl.simulation.balance import statics_at
 from gm_ompl.simulation.execute import Setup

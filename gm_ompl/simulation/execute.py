@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gm_ompl.plan.fit import problem_of
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.fit import problem_of
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.measure import Measurement
 from gm_ompl.simulation.physics import STEP

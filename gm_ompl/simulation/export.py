@@ -9,8 +9,8 @@ import numpy as np
 
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.plan.fit import problem_of
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.fit import problem_of
+from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import PHASES, Pace, Timeline
 

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.environment import contacts_at
-from gm_ompl.plan.arcs import arc_of
-from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.planfile.arcs import arc_of
+from gm_ompl.planfile.model import DisplacementStep, Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import EVERY, Player, Recording

@@ -11,7 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment
-from gm_ompl.plan.model import Plan, RegraspStep
+from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.segments import Run, commanded, runs

@@ -10,8 +10,14 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import InputError
 from gm_ompl.motion.arc import Segment
-from gm_ompl.plan.arcs import arc_of
-from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep, SegmentRecord
+from gm_ompl.planfile.arcs import arc_of
+from gm_ompl.planfile.model import (
+    DisplacementStep,
+    PlacementRecord,
+    Plan,
+    RegraspStep,
+    SegmentRecord,
+)
 
 STRAIGHT = 0.99
 """Cosine between the vertices' velocities before and after, below which the object stops."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import gm_ompl
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Progress
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario

@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 import gm_ompl
 from gm_ompl import api
 from gm_ompl.app.main import app, run
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 SMALL = [
     "--set", "lattice.segments=3", "--set", "fingers.placements.grid=[2, 2]",

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import gm_ompl
 from gm_ompl import reading
 from gm_ompl.app.main import app
-from gm_ompl.plan import files as plan_files
+from gm_ompl.planfile import files as plan_files
 
 SMALL = ["lattice.segments=3", "fingers.placements.grid=[2, 2]"]
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import pytest
 
-from gm_ompl.check import check
-from gm_ompl.check.coordinates import crossed, gap, in_goal, lattice_steps, outside
-from gm_ompl.plan import Plan
+from gm_ompl.checking import check
+from gm_ompl.checking.coordinates import crossed, gap, in_goal, lattice_steps, outside
+from gm_ompl.planfile import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.reference.statics import statics
 from gm_ompl.scenario.scenario import Scenario
@@ -145,7 +145,7 @@ def test_equal_states_are_decided_once(hand_plan: Plan, monkeypatch: pytest.Monk
         return statics(instant)
 
     # By module object: gm_ompl.check, as an attribute, is the public function.
-    recheck = importlib.import_module("gm_ompl.check.recheck")
+    recheck = importlib.import_module("gm_ompl.checking.recheck")
     monkeypatch.setattr(recheck, "statics", counting)
     assert check(hand_plan).holds
     assert len(calls) == 3  # along x, at rest, along y
@@ -172,7 +172,7 @@ def test_checking_loads_no_kernel(hand_plan: Plan, tmp_path: Path) -> None:
     file = tmp_path / "plan.json"
     hand_plan.save(file)
     program = (
-        "import sys; from gm_ompl.check import check; "
+        "import sys; from gm_ompl.checking import check; "
         f"assert check({str(file)!r}).holds; "
         "bad = [m for m in sys.modules if m.split('.')[0] in ('numba', 'ompl') or "
         "m.startswith(tuple('gm_ompl.' + p for p in ('mechanics', 'feasibility', 'graph', "

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import gm_ompl
-from gm_ompl.check import remembered
-from gm_ompl.check.recheck import Hold, Recheck
+from gm_ompl.checking import remembered
+from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.reference import highs
 from gm_ompl.reference.internal_force import excessive_internal_force

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from gm_ompl.check import check
+from gm_ompl.checking import check
 from gm_ompl.errors import InputError, PlanError
-from gm_ompl.plan import Plan
+from gm_ompl.planfile import Plan
 from tests.check.tampering import CASES, Draft, put, total
 
 

@@ -17,14 +17,14 @@ import gm_ompl
 from gm_ompl.app.explaining import lines, read_coordinates, read_placements
 from gm_ompl.app.main import app
 from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.diagnosis import remedies
+from gm_ompl.diagnosis.instants import Blame, Explainer
+from gm_ompl.diagnosis.limits import Answer, Deadline, knobs, least
+from gm_ompl.diagnosis.regions import whole_lane, whole_region
+from gm_ompl.diagnosis.remedies import PLAN
+from gm_ompl.diagnosis.touching import contacts_at
+from gm_ompl.diagnosis.values import Explanation, Remedy
 from gm_ompl.errors import InputError
-from gm_ompl.explain import remedies
-from gm_ompl.explain.instants import Blame, Explainer
-from gm_ompl.explain.limits import Answer, Deadline, knobs, least
-from gm_ompl.explain.regions import whole_lane, whole_region
-from gm_ompl.explain.remedies import PLAN
-from gm_ompl.explain.touching import contacts_at
-from gm_ompl.explain.values import Explanation, Remedy
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
@@ -199,7 +199,9 @@ def pushed_tee() -> Scenario:
 def test_a_sampler_is_not_bound_to_the_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
     """A T in the plane whose lattice has no plan: a sampler's plan is found and said."""
     monkeypatch.setattr(remedies, "for_scenario", lambda *_, **__: ())
-    explaining = importlib.import_module("gm_ompl.explain.explain")  # gm_ompl.explain is a function
+    explaining = importlib.import_module(
+        "gm_ompl.diagnosis.explain"
+    )  # gm_ompl.explain is a function
     monkeypatch.setattr(explaining, "finer", lambda *_: None)
     scenario = pushed_tee()
     assert gm_ompl.plan(scenario).status == "infeasible"

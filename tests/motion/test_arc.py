@@ -12,9 +12,9 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.screw import Screw, Slide, Tumble
 from gm_ompl.motion.straight import Straight
-from gm_ompl.plan.arcs import arc_of, arc_record
-from gm_ompl.plan.assemble import pose_record
-from gm_ompl.plan.model import DisplacementStep
+from gm_ompl.planfile.arcs import arc_of, arc_record
+from gm_ompl.planfile.assemble import pose_record
+from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.scenario.load import load
 
 START = Pose.from_yaw([1.0, -2.0, 3.0], 0.4)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
-from gm_ompl.plan import DisplacementStep, Plan, RegraspStep, assemble
+from gm_ompl.planfile import DisplacementStep, Plan, RegraspStep, assemble
 from gm_ompl.problem import Displacement, Move, Regrasp
 from gm_ompl.scenario.scenario import Scenario
 

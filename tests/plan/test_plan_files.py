@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gm_ompl.errors import PlanError
-from gm_ompl.plan import Plan, SegmentRecord, Statistics
-from gm_ompl.plan import files as plan_files
-from gm_ompl.plan.files import dumps
-from gm_ompl.plan.places import key_path, locate
+from gm_ompl.planfile import Plan, SegmentRecord, Statistics
+from gm_ompl.planfile import files as plan_files
+from gm_ompl.planfile.files import dumps
+from gm_ompl.planfile.places import key_path, locate
 
 Tamper = Callable[[dict[str, Any]], object]
 
@@ -262,7 +262,7 @@ def test_saving_where_there_is_no_folder(plan: Plan, tmp_path: Path) -> None:
 
 def test_the_shipped_schema_is_current() -> None:
     """``plan.schema.json`` is what the types say: what ``Plan.schema_of_files()`` returns."""
-    text = (files("gm_ompl.plan") / "plan.schema.json").read_text(encoding="utf-8")
+    text = (files("gm_ompl.planfile") / "plan.schema.json").read_text(encoding="utf-8")
     assert json.loads(text) == Plan.schema_of_files()
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from gm_ompl import api
 from gm_ompl.errors import PlanError
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.scenario import Scenario
 

@@ -8,8 +8,8 @@ import pytest
 
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.plan.assemble import assemble
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load
 

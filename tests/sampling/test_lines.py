@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gm_ompl.check.coordinates import crossed, lattice_steps
+from gm_ompl.checking.coordinates import crossed, lattice_steps
 from gm_ompl.problem import Problem
 from gm_ompl.sampling import lines
 

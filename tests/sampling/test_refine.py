@@ -11,7 +11,7 @@ import pytest
 
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.hybrid_planners import refine
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner

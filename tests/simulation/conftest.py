@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from gm_ompl import api
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 Tamper = Callable[[dict[str, Any]], None]
 

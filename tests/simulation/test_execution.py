@@ -17,7 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.disturb import disturb, probe, resisted
 from gm_ompl.simulation.execute import Setup, errant_world, execute, prepare
 from gm_ompl.simulation.physics import STEP, Physics

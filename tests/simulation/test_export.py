@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.export import table
 
 

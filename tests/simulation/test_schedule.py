@@ -9,8 +9,8 @@ import pytest
 
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.plan.arcs import arc_of
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.arcs import arc_of
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.balance import balance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 
 import gm_ompl
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from tests.verify.counting import Result, count
 
 OPTIMA = {

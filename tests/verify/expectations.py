@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
+from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.scenario.model import ExpectAtModel, ExpectModel
 
 COST = 1e-6

@@ -20,7 +20,7 @@ import numpy as np
 
 from gm_ompl import api
 from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.load import shipped

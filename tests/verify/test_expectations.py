@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 import gm_ompl
-from gm_ompl.plan.model import DisplacementStep, Plan, RegraspStep
+from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.scenario.load import load
 from tests.verify.expectations import disagreements
 

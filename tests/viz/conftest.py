@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from gm_ompl import api
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader"]

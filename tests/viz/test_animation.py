@@ -7,8 +7,8 @@ import pytest
 from gm_ompl.viz.animation import animate, transit_path
 
 from gm_ompl import api
-from gm_ompl.plan.assemble import placement_record
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.assemble import placement_record
+from gm_ompl.planfile.model import Plan
 
 
 def test_segments_follow_each_other(regrasp: Plan) -> None:

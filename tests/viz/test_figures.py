@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 from gm_ompl import api
 from gm_ompl.app.main import app
 from gm_ompl.errors import InputError, MissingExtraError
-from gm_ompl.plan.assemble import placement_record
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.assemble import placement_record
+from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.balance import balance, statics_at
 from gm_ompl.simulation.segments import commanded
 

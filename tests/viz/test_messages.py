@@ -14,7 +14,7 @@ from gm_ompl.viz.scene import SceneMessages, scene_messages
 from gm_ompl.viz.score import turn_to
 
 from gm_ompl.geometry.solids import hull
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 
 def unpacked(scene: SceneMessages) -> list[dict[str, Any]]:

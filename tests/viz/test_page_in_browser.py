@@ -11,7 +11,7 @@ import pytest
 from gm_ompl.viz.page import page
 from PIL import Image
 
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 SIZES = {"desktop": (1280, 900), "phone": (390, 844)}
 HOSTILE = {

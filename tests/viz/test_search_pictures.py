@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
 from gm_ompl.errors import InputError
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Progress, silent
 from gm_ompl.planners.trace import Expansion, Vertex, tracer
 from gm_ompl.planners.trace_file import Told, TraceFile, read_trace

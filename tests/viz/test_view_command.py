@@ -15,7 +15,7 @@ from gm_ompl.viz.server import address, serving
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.model import Plan
 
 
 @pytest.fixture

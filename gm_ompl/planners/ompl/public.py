@@ -13,8 +13,8 @@ from gm_ompl.arguments import whole
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.plan.assemble import assemble
-from gm_ompl.plan.model import Plan
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.ompl.run import judged_anew
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.ompl.table import refuse_unsound

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gm_ompl.check.coordinates import gap, in_goal
-from gm_ompl.check.recheck import Recheck
-from gm_ompl.check.report import Findings
+from gm_ompl.checking.coordinates import gap, in_goal
+from gm_ompl.checking.recheck import Recheck
+from gm_ompl.checking.report import Findings
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.plan.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
-from gm_ompl.plan.record import PoseRecord
+from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.planfile.record import PoseRecord
 
 AnyStep = DisplacementStep | RegraspStep
 Spots = tuple[tuple[str, tuple[int, int]], ...]

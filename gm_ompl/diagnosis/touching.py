@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from gm_ompl.contact.environment import EnvironmentContacts, contact_state, environment_contacts
-from gm_ompl.explain.values import ContactLine
+from gm_ompl.diagnosis.values import ContactLine
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Environment, Problem

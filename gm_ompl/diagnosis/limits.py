@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.arrays import Array
-from gm_ompl.explain.values import Remedy
+from gm_ompl.diagnosis.values import Remedy
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
 

@@ -9,8 +9,8 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.values import InstantLine, SetLine, Stretch
+from gm_ompl.diagnosis.instants import Explainer
+from gm_ompl.diagnosis.values import InstantLine, SetLine, Stretch
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.lattice import Coordinates, between

@@ -10,7 +10,7 @@ from typing import final
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
-from gm_ompl.explain.values import InstantLine, ModeLine
+from gm_ompl.diagnosis.values import InstantLine, ModeLine
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene

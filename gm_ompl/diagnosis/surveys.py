@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gm_ompl.arrays import BoolArray
-from gm_ompl.explain.values import FacesLine, SetLine, Survey
+from gm_ompl.diagnosis.values import FacesLine, SetLine, Survey
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.holds.goals import restricted

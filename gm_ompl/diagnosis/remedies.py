@@ -8,11 +8,11 @@ from typing import Any, final
 
 import numpy as np
 
+from gm_ompl.diagnosis.instants import Explainer
+from gm_ompl.diagnosis.limits import Answer, Deadline, Holds, Words, knobs, least
+from gm_ompl.diagnosis.regions import Region
+from gm_ompl.diagnosis.values import Attempt, Remedy, SetLine
 from gm_ompl.errors import ScenarioError
-from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.limits import Answer, Deadline, Holds, Words, knobs, least
-from gm_ompl.explain.regions import Region
-from gm_ompl.explain.values import Attempt, Remedy, SetLine
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding

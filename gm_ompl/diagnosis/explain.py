@@ -7,14 +7,14 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.explain import remedies
-from gm_ompl.explain.instants import Explainer
-from gm_ompl.explain.limits import Deadline
-from gm_ompl.explain.regions import Region, names, whole_lane, whole_region
-from gm_ompl.explain.remedies import finer, sampled, search
-from gm_ompl.explain.surveys import Scored, sets_at, survey
-from gm_ompl.explain.touching import contacts_at
-from gm_ompl.explain.values import (
+from gm_ompl.diagnosis import remedies
+from gm_ompl.diagnosis.instants import Explainer
+from gm_ompl.diagnosis.limits import Deadline
+from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
+from gm_ompl.diagnosis.remedies import finer, sampled, search
+from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
+from gm_ompl.diagnosis.touching import contacts_at
+from gm_ompl.diagnosis.values import (
     SECONDS,
     Attempt,
     ContactLine,

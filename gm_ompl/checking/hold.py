@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gm_ompl.check.recheck import Hold, Recheck
-from gm_ompl.check.report import Findings
+from gm_ompl.checking.recheck import Hold, Recheck
+from gm_ompl.checking.report import Findings
 
 
 def check_hold(recheck: Recheck, hold: Hold, found: Findings) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 
-from gm_ompl.check.displacement import check_displacement
-from gm_ompl.check.recheck import Recheck, Tolerances
-from gm_ompl.check.regrasp import check_regrasp
-from gm_ompl.check.report import CheckReport, Findings, StepReport
-from gm_ompl.check.whole import AnyStep, check_continuity, check_goal, check_totals, head, tail
-from gm_ompl.plan.model import DisplacementStep, Plan
+from gm_ompl.checking.displacement import check_displacement
+from gm_ompl.checking.recheck import Recheck, Tolerances
+from gm_ompl.checking.regrasp import check_regrasp
+from gm_ompl.checking.report import CheckReport, Findings, StepReport
+from gm_ompl.checking.whole import AnyStep, check_continuity, check_goal, check_totals, head, tail
+from gm_ompl.planfile.model import DisplacementStep, Plan
 from gm_ompl.scenario.scenario import Scenario
 
 _NOT_PROVEN = (

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from gm_ompl.check.coordinates import outside
-from gm_ompl.check.hold import check_hold
-from gm_ompl.check.places import check_placement, check_placements, named
-from gm_ompl.check.recheck import Hold, Recheck
-from gm_ompl.check.report import Findings
+from gm_ompl.checking.coordinates import outside
+from gm_ompl.checking.hold import check_hold
+from gm_ompl.checking.places import check_placement, check_placements, named
+from gm_ompl.checking.recheck import Hold, Recheck
+from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
-from gm_ompl.plan.model import RegraspStep
+from gm_ompl.planfile.model import RegraspStep
 from gm_ompl.problem import Placements
 
 

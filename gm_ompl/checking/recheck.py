@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.check.remembered import Margins, Remembered, bound
+from gm_ompl.checking.remembered import Margins, Remembered, bound
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState, Instant

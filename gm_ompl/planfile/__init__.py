@@ -1,7 +1,7 @@
 """Plan values, plan files, and the assembly of plans from a planner's moves."""
 
-from gm_ompl.plan.assemble import assemble
-from gm_ompl.plan.model import (
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import (
     FORMAT,
     DisplacementStep,
     PlacementRecord,
@@ -11,7 +11,7 @@ from gm_ompl.plan.model import (
     Statistics,
     Step,
 )
-from gm_ompl.plan.record import PoseRecord
+from gm_ompl.planfile.record import PoseRecord
 
 __all__ = [
     "FORMAT",

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gm_ompl.check.recheck import Recheck
-from gm_ompl.check.report import Findings, listed
+from gm_ompl.checking.recheck import Recheck
+from gm_ompl.checking.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.plan.model import PlacementRecord
-from gm_ompl.plan.record import PoseRecord
+from gm_ompl.planfile.model import PlacementRecord
+from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.problem import Placements
 
 

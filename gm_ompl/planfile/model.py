@@ -12,8 +12,8 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
-from gm_ompl.plan import files
-from gm_ompl.plan.record import ArcRecord, PlanPart, PoseRecord, Vector
+from gm_ompl.planfile import files
+from gm_ompl.planfile.record import ArcRecord, PlanPart, PoseRecord, Vector
 
 FORMAT: Final = "gm-ompl-plan/2"
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import MisfitError, PlanError
-from gm_ompl.plan.files import KIND, MAX_SHOWN
-from gm_ompl.plan.model import Plan
-from gm_ompl.plan.places import where
+from gm_ompl.planfile.files import KIND, MAX_SHOWN
+from gm_ompl.planfile.model import Plan
+from gm_ompl.planfile.places import where
 from gm_ompl.problem import Problem
 from gm_ompl.reading import one_line, read_text
 from gm_ompl.scenario.scenario import Scenario

@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
-from gm_ompl.check.coordinates import crossed, lattice_steps, outside
-from gm_ompl.check.hold import check_hold
-from gm_ompl.check.places import check_placements, check_pose
-from gm_ompl.check.recheck import Hold, Recheck
-from gm_ompl.check.report import Findings, listed
+from gm_ompl.checking.coordinates import crossed, lattice_steps, outside
+from gm_ompl.checking.hold import check_hold
+from gm_ompl.checking.places import check_placements, check_pose
+from gm_ompl.checking.recheck import Hold, Recheck
+from gm_ompl.checking.report import Findings, listed
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.motion.arc import Arc
-from gm_ompl.plan.arcs import arc_record
-from gm_ompl.plan.model import DisplacementStep
-from gm_ompl.plan.record import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
+from gm_ompl.planfile.arcs import arc_record
+from gm_ompl.planfile.model import DisplacementStep
+from gm_ompl.planfile.record import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.problem import Placements
 
 

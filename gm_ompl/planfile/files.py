@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from gm_ompl.errors import InputError, PlanError, did_you_mean
-from gm_ompl.plan.places import key_path, where
+from gm_ompl.planfile.places import key_path, where
 from gm_ompl.reading import Kind, is_text, one_line, read_text, refuse_other
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.plan.arcs import arc_record
-from gm_ompl.plan.model import (
+from gm_ompl.planfile.arcs import arc_record
+from gm_ompl.planfile.model import (
     FORMAT,
     DisplacementStep,
     Mode,
@@ -20,7 +20,7 @@ from gm_ompl.plan.model import (
     Statistics,
     Status,
 )
-from gm_ompl.plan.record import PlanPart, PoseRecord
+from gm_ompl.planfile.record import PlanPart, PoseRecord
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 
 Part = TypeVar("Part", bound=PlanPart)

@@ -1,7 +1,0 @@
-"""Judges a saved plan anew, from its scenario alone, with the reference."""
-
-from gm_ompl.check.check import check
-from gm_ompl.check.recheck import Tolerances
-from gm_ompl.check.report import CheckReport, StepReport, Violation
-
-__all__ = ["CheckReport", "StepReport", "Tolerances", "Violation", "check"]
