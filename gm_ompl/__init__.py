@@ -1,14 +1,13 @@
 """Planning of graspless manipulation by multifingered robot hands.
 
-Public names load on first use (PEP 562): ``import gm_ompl`` alone imports no library.
+Public names load on first use (PEP 562): ``import gm_ompl`` alone imports no library. No package
+inside has the name of a public function: importing it would take the function's place.
 """
 
 from __future__ import annotations
 
 import importlib
-import sys
 from importlib.metadata import version as _version
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -91,28 +90,13 @@ __all__ = [
 __version__ = _version("gm-ompl")
 
 
-class _Package(ModuleType):
-    """This package, whose functions keep their names.
-
-    Importing a sub-package binds it on its parent, so ``gm_ompl.plan``, the function, would turn
-    into the sub-package of that name as soon as anything imports it. Those are reached by
-    ``from gm_ompl.planfile.model import ...``, which does not need the binding.
-    """
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name in _HOMES and isinstance(value, ModuleType):
-            return
-        super().__setattr__(name, value)
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = getattr(importlib.import_module(_HOMES[name]), name)
-        setattr(self, name, value)
-        return value
-
-    def __dir__(self) -> list[str]:
-        return sorted({*vars(self), *__all__})
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
 
 
-sys.modules[__name__].__class__ = _Package
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
-from types import ModuleType
 
 import pytest
 
@@ -38,14 +37,14 @@ def test_public_functions_have_docstrings_and_types() -> None:
             assert parameter.annotation is not inspect.Parameter.empty, (name, parameter)
 
 
-def test_functions_keep_their_names_beside_sub_packages() -> None:
-    """``gm_ompl.plan`` and ``gm_ompl.check`` are functions, whatever has been imported before."""
-    for module in pkgutil.iter_modules(gm_ompl.__path__):
-        if module.name != "__main__":
-            importlib.import_module(f"gm_ompl.{module.name}")
-    for name in ("plan", "check", "judge", "load"):
+def test_no_package_has_the_name_of_something_public() -> None:
+    """Importing one would take its place: ``gm_ompl.plan`` is a function, whatever is imported."""
+    names = {module.name for module in pkgutil.iter_modules(gm_ompl.__path__)} - {"__main__"}
+    assert not names & set(gm_ompl.__all__)
+    for name in names:
+        importlib.import_module(f"gm_ompl.{name}")
+    for name in ("plan", "check", "judge", "load", "explain"):
         assert inspect.isfunction(getattr(gm_ompl, name)), name
-    assert isinstance(importlib.import_module("gm_ompl.planfile"), ModuleType)
 
 
 def test_unknown_names_are_refused() -> None:
