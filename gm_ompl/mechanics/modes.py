@@ -192,7 +192,8 @@ def _decide(
         end, z, direction = position_margin(
             env, q, tips, limits, L, below, tight, tableau, w, margin, y
         )
-        write_down(record, 0, everyone, y.reshape(1, 6), tableau.found, tight and z > 0.0)
+        solved = tight and end == REACHED and z > 0.0
+        write_down(record, 0, everyone, y.reshape(1, 6), tableau.found, solved)
         if end == BELOW:
             return UNDER, z, direction, everyone
         if tight and end != REACHED:
@@ -215,7 +216,7 @@ def _decide(
                 break
             # What position control has left may be what leads astray.
             tableau.basis[0] = UNUSED
-            hint[:] = 0.0
+            record.sets[:], hint[:] = -1, 0.0
         if end != STABLE:
             return end, z, direction, mask
     if z < 0.0:

@@ -45,8 +45,8 @@ def new_resistance(m: int) -> Resistance:
     """Return room for the solutions of a tau program with m rows."""
     codes = 2 * SIDES
     return Resistance(
-        np.empty((codes, m), dtype=np.int64), np.empty((codes, m)), np.empty(codes),
-        np.empty(codes, dtype=np.int64),
+        np.zeros((codes, m), dtype=np.int64), np.empty((codes, m)), np.empty(codes),
+        np.zeros(codes, dtype=np.int64),
     )  # fmt: skip
 
 
