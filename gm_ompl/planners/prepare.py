@@ -119,12 +119,7 @@ def edges() -> None:
     stability.equilibrium(
         ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
     )
-    found = resistance.new_resistance(m)
-    for part in found:
-        part[...] = 0
-    resistance.lower_bound(raw, cost, DIRECTIONS, found)
-    resistance.refine(raw, DIRECTIONS, found)
-    resistance.refine_duals(raw, cost, basis, np.zeros(m))
+    _proofs(raw, cost, basis)
     certificate.separates_environment(ENV, w)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
@@ -134,6 +129,15 @@ def edges() -> None:
     kelley.heed(LOAD, TIPS, F_MAX, force, DIRECTIONS, one, 0, 1, cuts)
     kelley.tightest(cuts.h, cuts.c[0], cuts.slopes[0], 1, cuts.trials[0])
     modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
+
+
+def _proofs(raw: Array, cost: float, basis: IntArray) -> None:
+    """Compile what proves z from below."""
+    m = len(raw)
+    found = resistance.new_resistance(m)
+    resistance.lower_bound(raw, cost, DIRECTIONS, found)
+    resistance.refine(raw, DIRECTIONS, found)
+    resistance.refine_duals(raw, cost, basis, np.zeros(m))
 
 
 def _tables(pool: CutPool) -> tuple[Tables, CutTables]:

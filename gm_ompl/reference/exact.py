@@ -28,16 +28,19 @@ MAX_STEPS = 60
 
 @dataclass(frozen=True)
 class ExactMargin:
-    """z for given f_com.
+    """z for given f_com, and what proves that it is no larger.
 
     Attributes:
         z: 0 where some direction cannot be resisted at all; +inf where all can, to any degree.
         direction: number of a direction that limits z, or -1.
-        tau: 1 / z; None where z is 0.
+        wrench: y (6,), in the polar of the environment's cone: z h(y) <= q . y + the fingers'
+            share, with equality at this f_com; empty where z is +inf.
+        tau: 1 / z, None where z is 0.
     """
 
     z: float
     direction: int
+    wrench: tuple[Fraction, ...]
     tau: Fraction | None
 
 
@@ -51,17 +54,17 @@ def exact_margin(
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
     """
-    columns = _columns(model, limits, force)
-    tableau = _Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1))
-    worst, direction = Fraction(0), -1
-    for number, signs in enumerate(_SIDES):
+    columns = columns_of(model, limits, force)
+    tableau = Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1))
+    worst, direction, y = Fraction(0), -1, tuple[Fraction, ...]()
+    for number, signs in enumerate(SIDES):
         tau = tableau.solve(signs)
         if tau is None:
-            return ExactMargin(0.0, number, None)
-        tau *= _LENGTHS[number]
+            return ExactMargin(0.0, number, tableau.ray, None)
+        tau *= LENGTHS[number]
         if tau > worst:
-            worst, direction = tau, number
-    return ExactMargin(float(1 / worst) if worst else np.inf, direction, worst)
+            worst, direction, y = tau, number, tableau.duals()
+    return ExactMargin(float(1 / worst) if worst else np.inf, direction, y, worst)
 
 
 def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
@@ -72,8 +75,8 @@ def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
     """
-    columns = _columns(model, limits.tolist(), force)
-    tableau = _Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1))
+    columns = columns_of(model, limits.tolist(), force)
+    tableau = Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1))
     if tableau.solve([-value for value in columns[0]]) is not None:
         return True
     # The ray is a wrench that does work on the load for which no contact makes up.
@@ -93,7 +96,7 @@ def _supports(model: Statics, y: Array) -> list[float]:
     return found
 
 
-def _columns(
+def columns_of(
     model: Statics, limits: Sequence[float | Fraction], force: BoolArray
 ) -> list[list[Fraction]]:
     """Return tau's column, the edges' columns, and a slack per position-controlled finger."""
@@ -106,15 +109,15 @@ def _columns(
 
 
 _K = 2.0 * np.sqrt(3.0 - np.sqrt(6.0))
-_SIDES: list[list[int]] = [
+SIDES: list[list[int]] = [
     *([sign * (i == j) for j in range(6)] for i in range(6) for sign in (1, -1)),
     *([1 - 2 * (code >> (5 - j) & 1) for j in range(6)] for code in range(64)),
 ]
 """The directions of ``stability.DIRECTIONS`` without their length, which is that of"""
-_LENGTHS = [Fraction(_K)] * 12 + [Fraction(_K / np.sqrt(6.0))] * 64
+LENGTHS = [Fraction(_K)] * 12 + [Fraction(_K / np.sqrt(6.0))] * 64
 
 
-class _Tableau:
+class Tableau:
     """Dual simplex on integers: true entries are ``rows`` over ``denominator``.
 
     Columns: the program's, then one artificial variable per row, fixed at zero, which hold the
@@ -163,6 +166,11 @@ class _Tableau:
             if step > MAX_STEPS * self._m:
                 raise SolverError(f"no end after {step} exact pivots")
 
+    def duals(self) -> tuple[Fraction, ...]:
+        """Return the first six multipliers of the present basis."""
+        row = self.rows[-1][self._N : self._N + 6]
+        return tuple(Fraction(-value, self.denominator * self._unit) for value in row)
+
     def value(self, column: int, side: Sequence[int | Fraction]) -> Fraction:
         """Return what a variable is in the present basic solution."""
         if column not in self.basis:
@@ -205,92 +213,3 @@ class _Tableau:
                 ]
         self.denominator = pivot
         self.basis[r] = c
-
-
-@dataclass(frozen=True, eq=False)
-class ExactBest:
-    """z for the best f_com, exact but for the last digit.
-
-    Attributes:
-        z: 0 where no f_com resists all directions; +inf where one does to any degree.
-        f_com: (n,), 0 under position control.
-        direction: number of a direction that limits z, or -1.
-    """
-
-    z: float
-    f_com: Array
-    direction: int
-
-
-def exact_best(model: Statics, force: BoolArray) -> ExactBest:
-    """Solve Problem (6) for the best f_com.
-
-    A few directions in one program give f_com and a bound on z; the direction that this f_com
-    resists least joins them, until it is resisted as well.
-
-    Args:
-        model: the mechanics.
-        force: (n,), which fingers are force-controlled.
-    """
-    limits: list[Fraction] = [Fraction(most) for most in model.f_max.tolist()]
-    for i in np.flatnonzero(force).tolist():
-        limits[i] /= 2
-    chosen, z = list[int](), None
-    while True:
-        found = exact_margin(model, limits, force)
-        f_com = np.where(force, [float(limit) for limit in limits], 0.0)
-        resisted = z is not None and found.tau is not None and found.tau * z <= 1
-        if resisted or not force.any() or found.z == np.inf:
-            return ExactBest(found.z, f_com, found.direction)
-        chosen.append(found.direction)
-        tau, f = _joint(model, force, chosen)
-        if tau is None:
-            return ExactBest(0.0, f_com, found.direction)
-        if tau == 0:
-            return ExactBest(np.inf, f_com, -1)
-        z = 1 / tau
-        for i in np.flatnonzero(force).tolist():
-            limits[i] = f[i] / tau
-
-
-def _joint(
-    model: Statics, force: BoolArray, chosen: Sequence[int]
-) -> tuple[Fraction | None, list[Fraction]]:
-    """Return 1 / z for some directions, None where z is 0, and (n,) f_com / z that allows it.
-
-    The tau program of every direction, with one tau, and f_com tau as variables.
-    """
-    n, rows = model.fingers, 6 + model.fingers
-    limits = [
-        Fraction(0) if force[i] else Fraction(most) for i, most in enumerate(model.f_max.tolist())
-    ]
-    tau, *columns = _columns(model, limits, force)
-    caps = np.flatnonzero(force).tolist()
-    height = rows * len(chosen) + len(caps)
-    nothing = [Fraction(0)] * rows
-
-    def stacked(
-        block: Sequence[Fraction], k: int, end: Sequence[int | Fraction] = ()
-    ) -> list[Fraction]:
-        """Return a column with ``block`` in the rows of direction k (-1: of all)."""
-        whole = [block if k in (-1, j) else nothing for j in range(len(chosen))]
-        tail = [Fraction(value) for value in end] or [Fraction(0)] * len(caps)
-        return [value for part in whole for value in part] + tail
-
-    program = [stacked(tau, -1, [-Fraction(model.f_max[i]) for i in caps])]
-    for at, i in enumerate(caps):
-        commanded = [Fraction(-(row == 6 + i)) for row in range(rows)]
-        program.append(stacked(commanded, -1, [int(other == at) for other in range(len(caps))]))
-    for at in range(len(caps)):
-        program.append(stacked(nothing, -1, [int(other == at) for other in range(len(caps))]))
-    program += [stacked(column, k) for k in range(len(chosen)) for column in columns]
-    side: list[int | Fraction] = []
-    for number in chosen:
-        side += [sign * _LENGTHS[number] for sign in _SIDES[number]] + [0] * n
-    side += [0] * (height - len(side))
-    tableau = _Tableau(program, [Fraction(1)] + [Fraction(0)] * (len(program) - 1))
-    least = tableau.solve(side)
-    f = [Fraction(0)] * n
-    for at, i in enumerate(caps):
-        f[i] = tableau.value(1 + at, side)
-    return least, f

@@ -17,7 +17,8 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
-from gm_ompl.reference.exact import balanced, exact_best
+from gm_ompl.reference.exact import balanced
+from gm_ompl.reference.exact_command import exact_best, joint_best
 from gm_ompl.reference.internal_force import InternalForce
 from gm_ompl.reference.modes import Modes, ModeSet, choose, decision, maximal_sets
 from gm_ompl.reference.program import LpStatus
@@ -28,6 +29,11 @@ CLOSE = 9e-7
 """Both bounds lie within this of each other, relative to max(z, LITTLE): else no proof."""
 LITTLE = 1e-3
 """z below this (over M g) need only be known to CLOSE times this."""
+
+
+def closed(least: float, most: float) -> bool:
+    """Whether bounds on z are close enough to be a proof."""
+    return most - least <= CLOSE * max(most, LITTLE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +55,7 @@ class Bracket:
     @property
     def closed(self) -> bool:
         """Whether the bounds are close enough to be a proof of z."""
-        return self.most < 0.0 or self.most - self.least <= CLOSE * max(self.most, LITTLE)
+        return self.most < 0.0 or closed(self.least, self.most)
 
 
 def proven_decision(instant: Instant, prefer: Modes | None = None) -> ModeDecision | None:
@@ -85,9 +91,11 @@ def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
         if found.closed:
             return found
     best = exact_best(model, force)
-    if best.z <= 0.0 and not balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+    if not closed(best.least, max(best.most, 0.0)):
+        best = joint_best(model, force)
+    if best.least <= 0.0 and not balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
         return Bracket(-np.inf, -np.inf, np.zeros(model.fingers), -1)
-    return Bracket(best.z, best.z, best.f_com, best.direction)
+    return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
 
 
 def _by_solution(

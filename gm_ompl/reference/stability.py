@@ -16,7 +16,8 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
-from gm_ompl.reference.exact import balanced, exact_best, exact_margin
+from gm_ompl.reference.exact import balanced, exact_margin
+from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.program import LinearProgram, LpSolution, LpStatus
 from gm_ompl.reference.statics import Statics
 
@@ -66,8 +67,8 @@ def stability(model: Statics, modes: Sequence[ControlMode]) -> Stability:
         return stability_of(highs.solve(stability_program(model, modes)), model.fingers)
     except SolverError:
         best = exact_best(model, _force(modes))
-        if best.z > 0.0 or balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
-            return Stability(best.z, best.f_com, best.direction, 0.0)
+        if best.least > 0.0 or balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+            return Stability(best.least, best.f_com, best.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), -1, 0.0)
 
 

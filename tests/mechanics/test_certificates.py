@@ -20,18 +20,25 @@ from gm_ompl.mechanics.certificate import (
     separates_environment,
     upper_bound,
 )
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_columns
+from gm_ompl.mechanics.instant import (
+    DIRECTIONS,
+    decide_instant,
+    instant_columns,
+    prove_instant,
+)
 from gm_ompl.mechanics.resistance import lower_bound, new_resistance
 from gm_ompl.mechanics.sides import number
 from gm_ompl.mechanics.stability import fill
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.reference import proof
-from gm_ompl.reference.exact import exact_best, exact_margin
+from gm_ompl.reference.exact import exact_margin
+from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.reference.proof import proven_decision
 from gm_ompl.reference.stability import stability
 from gm_ompl.reference.statics import force_unit, statics
+from tests.certified import mistake
 from tests.degenerate import degenerate_instance
 from tests.mechanics.agreement import compared, z_error
 
@@ -150,7 +157,20 @@ def test_exact_arithmetic_is_a_second_opinion(seed: int, instances: ModuleType) 
         best = exact_best(model, force)
         modes = tuple(ControlMode.FORCE if f else ControlMode.POSITION for f in force)
         z = max(stability(model, modes).z, 0.0)
-        assert best.z == pytest.approx(z, rel=1e-7, abs=1e-9)
+        assert best.least == pytest.approx(z, rel=1e-7, abs=1e-9)
+
+
+def test_creeping_cuts_are_put_into_one_program() -> None:
+    """Cuts on z(f_com) that come closer by 1e-18 each: all directions met at once tell z."""
+    instant = degenerate_instance(np.random.default_rng(7198))
+    decision = proven_decision(instant)
+    assert decision is not None and decision.z == 0.0
+
+
+def test_a_second_attempt_writes_its_own_proof() -> None:
+    """What the first attempt has written down proves nothing about the second."""
+    instant = degenerate_instance(np.random.default_rng(23658))
+    assert mistake(instant, *prove_instant(instant)) == ""
 
 
 def test_what_nobody_proves_is_in_no_plan_and_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
