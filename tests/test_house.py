@@ -17,13 +17,13 @@ def found() -> dict[str, list[str]]:
 def test_no_circles_and_few_floors(found: dict[str, list[str]]) -> None:
     """No file imports itself by way of others; the longest chain of rooms does not grow."""
     assert found["circles of rooms"] == found["circles of files"] == []
-    assert len(found["floors of imports"]) <= 15
+    assert len(found["floors of imports"]) <= 13
 
 
 def test_files_and_functions_are_short(found: dict[str, list[str]]) -> None:
-    """Files have at most 300 lines, functions 40; compiled ones alone may be longer."""
+    """Files have at most 300 lines, functions 40; compiled functions alone may be longer."""
     large = found["files of more than 300 lines"]
-    assert [name for name in large if ".mechanics." not in name] == []
+    assert large == []
     long = found["functions of more than 40 lines"]
     assert [name for name in long if ".mechanics." not in name] == []
 

@@ -21,7 +21,7 @@ from gm_ompl.contact.environment import (
     environment_contacts,
 )
 from gm_ompl.feasibility.backend import Backend
-from gm_ompl.feasibility.situation import Situation, Situations
+from gm_ompl.feasibility.pose_class import PoseClass, PoseClasses
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
@@ -78,8 +78,8 @@ class Judge:
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
         self.clear = self._clearances()
         each = 400 + len(hand.placements) * len(self._centres)
-        self._situations = Situations(problem)
-        self._nodes = Memo[bytes | Situation, NodeGeometry](each)
+        self._pose_classes = PoseClasses(problem)
+        self._nodes = Memo[bytes | PoseClass, NodeGeometry](each)
         self._arcs = Memo[Hashable, NodeGeometry](each)
         self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
         self._environments = Memo[Hashable, int](each)
@@ -109,13 +109,13 @@ class Judge:
         known = self._nodes.get(pose.key)
         if known is None:
             self.configurations += 1
-            situation = self._situations.of(pose)
-            if situation is not None:
-                known = self._nodes.get(situation)
+            pose_class = self._pose_classes.of(pose)
+            if pose_class is not None:
+                known = self._nodes.get(pose_class)
             if known is None:
                 known = self._geometry(pose)
-                if situation is not None:
-                    self._nodes[situation] = known
+                if pose_class is not None:
+                    self._nodes[pose_class] = known
             self._nodes[pose.key] = known
         return known
 
@@ -129,7 +129,7 @@ class Judge:
 
     def _along(self, arc: Arc) -> NodeGeometry:
         sweeps, start = arc.sweeps, self.node(arc.start)
-        if all(s.keeps_level and self._situations.alone(s) for s in sweeps):
+        if all(s.keeps_level and self._pose_classes.alone(s) for s in sweeps):
             return start
         end = self.node(arc.end)
         if not (start.object_free and end.object_free):
@@ -186,14 +186,14 @@ class Judge:
         return known
 
     def _contact_state(self, moment: Moment) -> int:
-        situation = self._situations.of(moment.pose)
-        if situation is None:
+        pose_class = self._pose_classes.of(moment.pose)
+        if pose_class is None:
             return self._register(moment)
         moving = None if moment.twist is None else moment.twist.direction
-        known = self._environments.get((situation, moving))
+        known = self._environments.get((pose_class, moving))
         if known is None:
             known = self._register(moment)
-            self._environments[(situation, moving)] = known
+            self._environments[(pose_class, moving)] = known
         return known
 
     def _register(self, moment: Moment) -> int:

@@ -15,13 +15,13 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import Record, separates_environment, write_down
 from gm_ompl.mechanics.commands import TIE, best_commands
+from gm_ompl.mechanics.equilibrium import equilibrium
 from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
 from gm_ompl.mechanics.kelley import UNUSED
 from gm_ompl.mechanics.stability import (
     BELOW,
     REACHED,
     Tableau,
-    equilibrium,
     new_tableau,
     position_margin,
 )

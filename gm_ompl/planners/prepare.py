@@ -24,6 +24,7 @@ from gm_ompl.holds import bounds
 from gm_ompl.holds.tables import Tables
 from gm_ompl.mechanics import (
     certificate,
+    equilibrium,
     internal_force,
     kelley,
     modes,
@@ -116,7 +117,7 @@ def edges() -> None:
         f,
         np.empty((MAX_BLOCKS, 6)),
     )
-    stability.equilibrium(
+    equilibrium.equilibrium(
         ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
     )
     _proofs(raw, cost, basis)

@@ -1,4 +1,4 @@
-"""The object's situation: what geometry depends on while no obstacle is in reach."""
+"""The object's pose class: what geometry depends on while no obstacle is in reach."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.problem import Problem
 
-Situation: TypeAlias = tuple[bytes, float]
+PoseClass: TypeAlias = tuple[bytes, float]
 """How the object is turned, and its height over the floor."""
 
 CLEARANCE = 1e-6
@@ -18,7 +18,7 @@ CLEARANCE = 1e-6
 
 
 @final
-class Situations:
+class PoseClasses:
     """Tells which poses are the same to geometry.
 
     Where object and hand reach no obstacle, only the floor is left, and moving along the floor
@@ -42,8 +42,8 @@ class Situations:
         self._high = np.array([piece.bounds[1] for piece in pieces]).reshape(-1, 3)
         self._floor = problem.environment.floor
 
-    def of(self, pose: Pose) -> Situation | None:
-        """Return the situation at ``pose``; None where an obstacle may matter."""
+    def of(self, pose: Pose) -> PoseClass | None:
+        """Return the pose class at ``pose``; None where an obstacle may matter."""
         if len(self._low):
             nearest = np.minimum(np.maximum(pose.position, self._low), self._high) - pose.position
             if (np.einsum("ij,ij->i", nearest, nearest) <= self._square).any():

@@ -1,4 +1,4 @@
-"""Situations: what moves along the floor out of reach of obstacles is judged once."""
+"""PoseClasses: what moves along the floor out of reach of obstacles is judged once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.keys import contact_key
-from gm_ompl.feasibility.situation import Situations
+from gm_ompl.feasibility.pose_class import PoseClasses
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
@@ -66,23 +66,23 @@ def test_what_is_shared_is_the_same(name: str) -> None:
             assert contact_key(found, scale) == contact_key(state, scale), q
 
 
-def test_a_slide_in_the_open_is_one_situation() -> None:
+def test_a_slide_in_the_open_is_one_pose_class() -> None:
     """Poses along the floor share theirs; a turned or lifted one has another."""
     problem = load("paper/slide").problem
-    situations = Situations(problem)
-    every = {situations.of(problem.motion.pose((s,))) for s in np.linspace(0.0, 1.0, 20)}
+    classes = PoseClasses(problem)
+    every = {classes.of(problem.motion.pose((s,))) for s in np.linspace(0.0, 1.0, 20)}
     assert len(every) == 1
     assert None not in every
     pose = problem.motion.pose((0.5,))
     turned = pose.turned([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.1)
     lifted = type(pose)(pose.rotation, pose.position + np.array([0.0, 0.0, 0.1]))
-    assert {situations.of(turned), situations.of(lifted)}.isdisjoint(every)
+    assert {classes.of(turned), classes.of(lifted)}.isdisjoint(every)
 
 
-def test_an_obstacle_in_reach_of_a_fingertip_has_no_situation() -> None:
+def test_an_obstacle_in_reach_of_a_fingertip_has_no_pose_class() -> None:
     """The hand counts, not the object alone: its corners end 6.2 from the centre."""
     pose = load("paper/slide").problem.motion.pose((0.0,))
     for gap, shared in ((9.0, True), (6.5, False)):
         wall = f"{{box: {{min: [-20, -9, 0], max: [{-gap}, 9, 9]}}}}"
         problem = load("paper/slide", [f"environment.obstacles={{wall: {wall}}}"]).problem
-        assert (Situations(problem).of(pose) is not None) == shared
+        assert (PoseClasses(problem).of(pose) is not None) == shared

@@ -1,0 +1,73 @@
+"""Whether any forces balance the load, compiled: what is asked where Problem (6) has no margin."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.certificate import Record, into_polar, unattained, write_down
+from gm_ompl.mechanics.resistance import new_resistance
+from gm_ompl.mechanics.sides import SIDES, start
+from gm_ompl.mechanics.stability import BALANCED, BELOW, FAILED, REACHED, fill
+from gm_ompl.mechanics.tableau import CAREFUL, FEASIBLE, feasible
+
+
+@compiled
+def equilibrium(
+    env: Array, q: Array, tips: Array, f_max: Array, L: Array, w: Array, margin: float,
+    record: Record, f: Array,
+) -> int:  # fmt: skip
+    """Whether any forces within the limits balance the load; ``f`` (n,) gets the normal forces.
+
+    The choice of modes does not matter: some f_com gives whatever a position-controlled finger
+    would. It is the tau program with tau = 1 and l = 0.
+
+    Returns:
+        REACHED where forces were found that do; BELOW where a wrench proves that none do; else
+        FAILED.
+    """
+    e, n, s = len(env), len(tips), tips.shape[1]
+    m, N = 6 + n, 1 + e + n * s + n
+    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
+    basis, b, x, k = np.empty(m, dtype=np.int64), np.empty(m), np.empty(m), np.zeros(N)
+    nobody, y = np.zeros(n, dtype=np.bool_), np.zeros((1, 6))
+    fill(env, q, tips, f_max, nobody, f_max, raw)
+    raw[:, 0] = 0.0
+    for t in range(6):
+        b[t] = -q[t]
+    for i in range(n):
+        b[6 + i] = f_max[i]
+    for tolerance in (FEASIBLE, CAREFUL):
+        start(raw, 0.0, L, T, d, basis, m, N)
+        end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y[0])
+        proof = end == 0 and into_polar(env, w, margin, y[0])
+        if proof and unattained(q, tips, f_max, nobody, L, y[0]) > BALANCED:
+            write_down(record, 0, (1 << n) - 1, y, new_resistance(0), False)
+            return BELOW
+        if end != 1:
+            continue
+        k[:] = 0.0
+        for r in range(m):
+            if basis[r] < N:
+                k[basis[r]] = max(x[r], 0.0)
+        for i in range(n):
+            f[i] = 0.0
+            for j in range(s):
+                f[i] += k[1 + e + i * s + j]
+            f[i] = min(f[i], f_max[i])
+        if _unbalanced(raw, k, b) <= BALANCED:
+            return REACHED
+    return FAILED
+
+
+@compiled
+def _unbalanced(raw: Array, k: Array, b: Array) -> float:
+    """Return |A k - b|, the largest of its entries."""
+    worst = 0.0
+    for i in range(len(b)):
+        rest = -b[i]
+        for j in range(len(k)):
+            rest += raw[i, j] * k[j]
+        worst = max(worst, abs(rest))
+    return worst
