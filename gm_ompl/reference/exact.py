@@ -24,6 +24,29 @@ MISSED = 1e-9
 """Forces that miss equilibrium by less than this (over M g) balance (convention)."""
 MAX_STEPS = 60
 """Pivots per row before giving up."""
+MOST_WORK = 2 * 10**9
+"""Products of digits that the pivots for one decision may take before giving up: some seconds."""
+DIGIT = 30
+"""Bits of a digit of Python's integers."""
+OVERHEAD = 10
+"""Digits, at least: a product of small integers costs as much as one of these."""
+
+
+class Work:
+    """What is left of MOST_WORK, shared by all programs of a decision."""
+
+    def __init__(self) -> None:
+        self._left = MOST_WORK
+
+    def spend(self, numbers: int, bits: int) -> None:
+        """Take off what it costs to multiply so many integers of so many bits.
+
+        Raises:
+            SolverError: where no work is left.
+        """
+        self._left -= numbers * (OVERHEAD + bits // DIGIT) ** 2
+        if self._left < 0:
+            raise SolverError("exact arithmetic takes too long")
 
 
 @dataclass(frozen=True)
@@ -45,7 +68,7 @@ class ExactMargin:
 
 
 def exact_margin(
-    model: Statics, limits: Sequence[float | Fraction], force: BoolArray
+    model: Statics, limits: Sequence[float | Fraction], force: BoolArray, work: Work
 ) -> ExactMargin:
     """Solve Problem (6) for given f_com.
 
@@ -53,9 +76,13 @@ def exact_margin(
         model: the mechanics.
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
+        work: what it may cost.
+
+    Raises:
+        SolverError: where that does not suffice.
     """
     columns = columns_of(model, limits, force)
-    tableau = Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1))
+    tableau = Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1), work)
     worst, direction, y = Fraction(0), -1, tuple[Fraction, ...]()
     for number, signs in enumerate(SIDES):
         tau = tableau.solve(signs)
@@ -67,16 +94,20 @@ def exact_margin(
     return ExactMargin(float(1 / worst) if worst else np.inf, direction, y, worst)
 
 
-def balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
+def balanced(model: Statics, limits: Array, force: BoolArray, work: Work) -> bool:
     """Whether forces balance the load (Eq. (3), no disturbance), up to MISSED.
 
     Args:
         model: the mechanics.
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
+        work: what it may cost.
+
+    Raises:
+        SolverError: where that does not suffice.
     """
     columns = columns_of(model, limits.tolist(), force)
-    tableau = Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1))
+    tableau = Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1), work)
     if tableau.solve([-value for value in columns[0]]) is not None:
         return True
     # The ray is a wrench that does work on the load for which no contact makes up.
@@ -124,7 +155,10 @@ class Tableau:
     inverse of the basis. The last row holds the reduced costs, none of which may begin below 0.
     """
 
-    def __init__(self, columns: Sequence[Sequence[Fraction]], costs: Sequence[Fraction]) -> None:
+    def __init__(
+        self, columns: Sequence[Sequence[Fraction]], costs: Sequence[Fraction], work: Work
+    ) -> None:
+        self._work = work
         self._m, self._N = len(columns[0]), len(columns)
         # Powers of two make integers of doubles; every column may have its own.
         self._scales = [max(value.denominator for value in column) for column in columns]
@@ -201,6 +235,7 @@ class Tableau:
 
     def _pivot(self, r: int, c: int) -> None:
         chosen, before = self.rows[r], self.denominator
+        self._work.spend(len(self.rows) * len(chosen), before.bit_length())
         pivot = chosen[c]
         if pivot < 0:
             chosen = self.rows[r] = [-value for value in chosen]

@@ -17,7 +17,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
-from gm_ompl.reference.exact import balanced
+from gm_ompl.reference.exact import Work, balanced
 from gm_ompl.reference.exact_command import exact_best, joint_best
 from gm_ompl.reference.internal_force import InternalForce
 from gm_ompl.reference.modes import Modes, ModeSet, choose, decision, maximal_sets
@@ -80,7 +80,11 @@ def proven_decision(instant: Instant, prefer: Modes | None = None) -> ModeDecisi
 
 
 def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
-    """Return what is proven of z for modes that pass Problem (5), by the verdict given."""
+    """Return what is proven of z for modes that pass Problem (5), by the verdict given.
+
+    Raises:
+        SolverError: where exact arithmetic takes too long.
+    """
     force = np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
     try:
         solution = highs.solve(stability_program(model, modes))
@@ -90,10 +94,11 @@ def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
         found = _by_solution(model, force, verdict, solution.x, solution.dual)
         if found.closed:
             return found
-    best = exact_best(model, force)
+    work, nobody = Work(), np.zeros(model.fingers, dtype=bool)
+    best = exact_best(model, force, work)
     if not closed(best.least, max(best.most, 0.0)):
-        best = joint_best(model, force)
-    if best.least <= 0.0 and not balanced(model, model.f_max, np.zeros(model.fingers, dtype=bool)):
+        best = joint_best(model, force, work)
+    if best.least <= 0.0 and not balanced(model, model.f_max, nobody, work):
         return Bracket(-np.inf, -np.inf, np.zeros(model.fingers), -1)
     return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
 
