@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.sides import SIDES, number
 
 EIGHT = 8
@@ -131,60 +131,83 @@ def lower_bound(raw: Array, cost: float, L: Array, found: Resistance) -> float:
         found: the solutions, of all directions.
     """
     m, N = raw.shape
-    K, rows = found.x.shape[1], max(m, EIGHT)
-    A, rests = np.zeros((N + m, rows)), np.zeros((2 * SIDES, rows))
-    balance, left, arms = np.zeros(N + m), np.zeros(rows), np.zeros(rows)
-    seen, least = np.zeros(2 * SIDES, dtype=np.bool_), np.inf
+    rows = max(m, EIGHT)
+    A, arms, sums = np.zeros((N + m, rows)), np.zeros(rows), np.zeros((3, 2 * SIDES))
     for i in range(m):
         arms[i] = _longest(raw, i) if i >= 6 else 0.0
         for j in range(N):
             A[j, i] = raw[i, j]
-    for c in found.order:
-        columns, x, times = found.basis[c], found.x[c], found.times[c]
-        tau = times * balance[0]
-        for r in range(K):
-            x[r] = max(x[r], -times * balance[columns[r]])
-            tau += x[r] if columns[r] == 0 else 0.0
-        error = _rest(A, L[number(c)], columns, x, left, times, arms, rests[c])
-        z = (1.0 - error) / (cost * tau) if tau > 0.0 else np.inf
-        least = min(least, z if error < 0.5 else 0.0)
-        seen[c] = not times > 0.0
-        if seen[c] and seen[c ^ 1]:
-            for k in range(2):
-                for r in range(K):
-                    balance[found.basis[c ^ k, r]] += found.x[c ^ k, r]
-                for t in range(rows):
-                    left[t] += rests[c ^ k, t]
-    return max(least, 0.0)
+    _add_up(A, L, found, arms, np.empty((2 * SIDES, rows)), sums)
+    return _least(cost, sums[0], sums[1], sums[2])
 
 
-@inlined
-def _rest(
-    A: Array, side: Array, columns: IntArray, x: Array, left: Array, times: float, arms: Array,
-    rest: Array,
-) -> float:  # fmt: skip
-    """Write what a solution leaves of its side, per row; return how far that moves the wrench.
+@compiled
+def _least(cost: float, taus: Array, squares: Array, moved: Array) -> float:
+    """Return min_i (1 - |r_i|) / tau_i, or 0, from what ``_add_up`` wrote."""
+    for c in range(2 * SIDES):
+        error = np.sqrt(squares[c]) + moved[c]
+        z = (1.0 - error) / (cost * taus[c])
+        z = z if taus[c] > 0.0 else np.inf
+        moved[c] = z if error < 0.5 else 0.0
+    least, other = np.inf, np.inf
+    for c in range(SIDES):
+        least, other = min(least, moved[c]), min(other, moved[SIDES + c])
+    return max(min(least, other), 0.0)
 
-    ``A`` are columns as rows, of EIGHT entries or more; ``left`` is what the balance leaves.
+
+@compiled
+def _add_up(
+    A: Array, L: Array, found: Resistance, arms: Array, rests: Array, sums: Array
+) -> None:
+    """Write, per direction, tau and how far what the solution leaves of it moves the wrench.
+
+    All entries of a row stand in one statement, for vectors to be made of them, and in the
+    variables of this function, since views of arrays are counted.
+
+    Args:
+        A: (N + m, rows), the columns as rows, of EIGHT entries or more.
+        L: (76, 6), the directions.
+        found: the solutions; a negative coefficient becomes 0.
+        arms: (rows,), how far a wrench moves with a normal force that is put right.
+        rests: output (76, rows), by code, what each solution leaves.
+        sums: output (3, 76): tau, the square of the wrench that is left, what is left of forces.
     """
-    a, b, c, d = times * left[0], times * left[1], times * left[2], times * left[3]
-    e, f, g, h = times * left[4], times * left[5], times * left[6], times * left[7]
-    a, b, c, d, e, f = a - side[0], b - side[1], c - side[2], d - side[3], e - side[4], f - side[5]
-    for t in range(EIGHT, len(rest)):
-        rest[t] = times * left[t]
-    for r in range(len(x)):
-        column, k = A[columns[r]], x[r]
-        a, b, c, d = a + k * column[0], b + k * column[1], c + k * column[2], d + k * column[3]
-        e, f, g, h = e + k * column[4], f + k * column[5], g + k * column[6], h + k * column[7]
-        for t in range(EIGHT, len(rest)):
-            rest[t] += k * column[t]
-    rest[0], rest[1], rest[2], rest[3] = a, b, c, d
-    rest[4], rest[5], rest[6], rest[7] = e, f, g, h
-    moved = np.sqrt(a * a + b * b + c * c + d * d + e * e + f * f)
-    for t in range(6, len(rest)):
+    basis, x, times, order = found
+    taus, squares, moved = sums[0], sums[1], sums[2]
+    K, rows, balance, left = x.shape[1], len(arms), np.zeros(len(A)), np.zeros(len(arms))
+    one, lone = np.uint64(1), np.zeros(2 * SIDES, dtype=np.bool_)
+    for i in range(2 * SIDES):
+        c, s = np.uint64(order[i]), np.uint64(number(order[i]))
+        opposite, n = c ^ one, times[c]
+        a, b, k, d = n * left[0], n * left[1], n * left[2], n * left[3]
+        e, f, g, h = n * left[4], n * left[5], n * left[6], n * left[7]
+        a, b, k, d = a - L[s, 0], b - L[s, 1], k - L[s, 2], d - L[s, 3]
+        e, f, tau = e - L[s, 4], f - L[s, 5], n * balance[0]
+        for t in range(EIGHT, rows):
+            rests[c, t] = n * left[t]
+        for r in range(K):
+            j = np.uint64(basis[c, r])
+            y = max(x[c, r], -n * balance[j])
+            x[c, r], tau = y, tau + (y if j == 0 else 0.0)
+            a, b, k, d = a + y * A[j, 0], b + y * A[j, 1], k + y * A[j, 2], d + y * A[j, 3]
+            e, f, g, h = e + y * A[j, 4], f + y * A[j, 5], g + y * A[j, 6], h + y * A[j, 7]
+            for t in range(EIGHT, rows):
+                rests[c, t] += y * A[j, t]
+        rests[c, 0], rests[c, 1], rests[c, 2], rests[c, 3] = a, b, k, d
+        rests[c, 4], rests[c, 5], rests[c, 6], rests[c, 7] = e, f, g, h
+        taus[c], squares[c] = tau, a * a + b * b + k * k + d * d + e * e + f * f
         # A normal force too large, or not as commanded: put right, it moves the wrench.
-        moved += arms[t] * abs(rest[t])
-    return moved
+        moved[c] = arms[6] * abs(g) + arms[7] * abs(h)
+        for t in range(EIGHT, rows):
+            moved[c] += arms[t] * abs(rests[c, t])
+        lone[c] = not n > 0.0
+        if lone[c] and lone[opposite]:
+            for t in range(rows):
+                left[t] += rests[c, t] + rests[opposite, t]
+            for r in range(K):
+                balance[np.uint64(basis[c, r])] += x[c, r]
+            for r in range(K):
+                balance[np.uint64(basis[opposite, r])] += x[opposite, r]
 
 
 @compiled
