@@ -45,8 +45,8 @@ def new_resistance(m: int) -> Resistance:
     """Return room for the solutions of a tau program with m rows."""
     codes = 2 * SIDES
     return Resistance(
-        np.zeros((codes, m), dtype=np.int64), np.empty((codes, m)), np.empty(codes),
-        np.zeros(codes, dtype=np.int64),
+        np.empty((codes, m), dtype=np.int64), np.empty((codes, m)), np.empty(codes),
+        np.empty(codes, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -132,12 +132,13 @@ def lower_bound(raw: Array, cost: float, L: Array, found: Resistance) -> float:
     """
     m, N = raw.shape
     rows = max(m, EIGHT)
-    A, arms, sums = np.zeros((N + m, rows)), np.zeros(rows), np.zeros((3, 2 * SIDES))
+    room, end = np.zeros((N + m + 2, rows)), N + m
+    A, arms, left, sums = room[:end], room[end], room[end + 1], np.empty((3, 2 * SIDES))
     for i in range(m):
         arms[i] = _longest(raw, i) if i >= 6 else 0.0
         for j in range(N):
             A[j, i] = raw[i, j]
-    _add_up(A, L, found, arms, np.empty((2 * SIDES, rows)), sums)
+    _add_up(A, L, found, arms, left, np.empty((2 * SIDES, rows)), sums)
     return _least(cost, sums[0], sums[1], sums[2])
 
 
@@ -157,7 +158,7 @@ def _least(cost: float, taus: Array, squares: Array, moved: Array) -> float:
 
 @compiled
 def _add_up(
-    A: Array, L: Array, found: Resistance, arms: Array, rests: Array, sums: Array
+    A: Array, L: Array, found: Resistance, arms: Array, left: Array, rests: Array, sums: Array
 ) -> None:
     """Write, per direction, tau and how far what the solution leaves of it moves the wrench.
 
@@ -169,12 +170,13 @@ def _add_up(
         L: (76, 6), the directions.
         found: the solutions; a negative coefficient becomes 0.
         arms: (rows,), how far a wrench moves with a normal force that is put right.
+        left: (rows,), zeros, for what the balance leaves.
         rests: output (76, rows), by code, what each solution leaves.
         sums: output (3, 76): tau, the square of the wrench that is left, what is left of forces.
     """
     basis, x, times, order = found
     taus, squares, moved = sums[0], sums[1], sums[2]
-    K, rows, balance, left = x.shape[1], len(arms), np.zeros(len(A)), np.zeros(len(arms))
+    K, rows, balance = x.shape[1], len(arms), np.zeros(len(A))
     one, lone = np.uint64(1), np.zeros(2 * SIDES, dtype=np.bool_)
     for i in range(2 * SIDES):
         c, s = np.uint64(order[i]), np.uint64(number(order[i]))

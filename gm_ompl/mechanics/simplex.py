@@ -28,6 +28,9 @@ from gm_ompl.mechanics.tableau import (
 NO_TAU = 1e-13
 """A tau up to this (over force_scale) is none: z_i = +inf."""
 
+SPACED = (SIDES + 7) // 8 * 8
+"""Entries per right-hand side, rounded up to where a vector may begin."""
+
 SOLVED, EXCEEDED, INFEASIBLE, TROUBLE = 0, 1, 2, 3
 """Ends of a pass: the worst direction found; stopped early at a direction; a direction that
 nothing resists; give up."""
@@ -258,10 +261,14 @@ def search_directions(
     Returns:
         How the pass ended, the direction's code, its tau.
     """
-    ahead, behind = np.ones(SIDES, dtype=np.bool_), np.ones(SIDES, dtype=np.bool_)
-    slots, work, room = np.arange(SIDES), np.empty((2, SIDES)), np.empty(N)
-    lo, hi, ones, weights, side = work[0], work[1], np.ones(m), np.empty(m), np.empty(m)
-    alone, balance = np.zeros(2 * SIDES, dtype=np.bool_), np.zeros(N)
+    # Rooms to work in, of one piece where they can be: asking for each takes longer than a pivot.
+    flags, slots = np.ones(4 * SIDES, dtype=np.bool_), np.arange(SIDES)
+    ahead, behind, alone = flags[:SIDES], flags[SIDES : 2 * SIDES], flags[2 * SIDES :]
+    numbers = np.zeros(2 * SPACED + 3 * m + 2 * N)
+    lo, hi, rest = numbers[:SPACED], numbers[SPACED : 2 * SPACED], numbers[2 * SPACED :]
+    ones, weights, side = rest[:m], rest[m : 2 * m], rest[2 * m : 3 * m]
+    room, balance = rest[3 * m : 3 * m + N], rest[3 * m + N :]
+    alone[:], ones[:] = False, 1.0
     columns, x, multiples, order = found.basis, found.x, found.times, found.order
     now, worst, worst_tau, here, first, S, count = -1, -1, -1.0, 0, N + m, len(slots), 0
     for step in range(MAX_STEPS + MORE_STEPS * N):
