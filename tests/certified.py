@@ -8,7 +8,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.certificate import Record
-from gm_ompl.reference.exact import Work, balanced
+from gm_ompl.reference.exact import Effort, balanced
 from gm_ompl.reference.internal_force import InternalForce, exactly, unit_wrenches
 from gm_ompl.reference.modes import Modes, maximal_sets
 from gm_ompl.reference.proof import upper_bound
@@ -48,7 +48,7 @@ def mistake(instant: Instant, decision: ModeDecision, record: Record) -> str:
         if not z + allowed >= U:
             return f"z is {z}, set {mask} is only known to stay below {U}"
     if z == 0.0:
-        return "" if balanced(model, model.f_max, nobody, Work()) else "nothing balances the load"
+        return "" if balanced(model, model.f_max, nobody, Effort()) else "nothing balances the load"
     v = least(model, decision, record.solutions[sets[_mask(decision.modes)]])
     return "" if v >= z - allowed else f"z is {z}, only {v} is held"
 

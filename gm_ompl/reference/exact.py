@@ -32,7 +32,7 @@ OVERHEAD = 10
 """Digits, at least: a product of small integers costs as much as one of these."""
 
 
-class Work:
+class Effort:
     """What is left of MOST_WORK, shared by all programs of a decision."""
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class ExactMargin:
 
 
 def exact_margin(
-    model: Statics, limits: Sequence[float | Fraction], force: BoolArray, work: Work
+    model: Statics, limits: Sequence[float | Fraction], force: BoolArray, effort: Effort
 ) -> ExactMargin:
     """Solve Problem (6) for given f_com.
 
@@ -76,13 +76,13 @@ def exact_margin(
         model: the mechanics.
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
-        work: what it may cost.
+        effort: what it may cost.
 
     Raises:
         SolverError: where that does not suffice.
     """
     columns = columns_of(model, limits, force)
-    tableau = Tableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1), work)
+    tableau = ExactTableau(columns, [Fraction(1)] + [Fraction(0)] * (len(columns) - 1), effort)
     worst, direction, y = Fraction(0), -1, tuple[Fraction, ...]()
     for number, signs in enumerate(SIDES):
         tau = tableau.solve(signs)
@@ -94,20 +94,20 @@ def exact_margin(
     return ExactMargin(float(1 / worst) if worst else np.inf, direction, y, worst)
 
 
-def balanced(model: Statics, limits: Array, force: BoolArray, work: Work) -> bool:
+def balanced(model: Statics, limits: Array, force: BoolArray, effort: Effort) -> bool:
     """Whether forces balance the load (Eq. (3), no disturbance), up to MISSED.
 
     Args:
         model: the mechanics.
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
-        work: what it may cost.
+        effort: what it may cost.
 
     Raises:
         SolverError: where that does not suffice.
     """
     columns = columns_of(model, limits.tolist(), force)
-    tableau = Tableau(columns[1:], [Fraction(0)] * (len(columns) - 1), work)
+    tableau = ExactTableau(columns[1:], [Fraction(0)] * (len(columns) - 1), effort)
     if tableau.solve([-value for value in columns[0]]) is not None:
         return True
     # The ray is a wrench that does work on the load for which no contact makes up.
@@ -148,7 +148,7 @@ SIDES: list[list[int]] = [
 LENGTHS = [Fraction(_K)] * 12 + [Fraction(_K / np.sqrt(6.0))] * 64
 
 
-class Tableau:
+class ExactTableau:
     """Dual simplex on integers: true entries are ``rows`` over ``denominator``.
 
     Columns: the program's, then one artificial variable per row, fixed at zero, which hold the
@@ -156,9 +156,9 @@ class Tableau:
     """
 
     def __init__(
-        self, columns: Sequence[Sequence[Fraction]], costs: Sequence[Fraction], work: Work
+        self, columns: Sequence[Sequence[Fraction]], costs: Sequence[Fraction], effort: Effort
     ) -> None:
-        self._work = work
+        self._effort = effort
         self._m, self._N = len(columns[0]), len(columns)
         # Powers of two make integers of doubles; every column may have its own.
         self._scales = [max(value.denominator for value in column) for column in columns]
@@ -235,7 +235,7 @@ class Tableau:
 
     def _pivot(self, r: int, c: int) -> None:
         chosen, before = self.rows[r], self.denominator
-        self._work.spend(len(self.rows) * len(chosen), before.bit_length())
+        self._effort.spend(len(self.rows) * len(chosen), before.bit_length())
         pivot = chosen[c]
         if pivot < 0:
             chosen = self.rows[r] = [-value for value in chosen]

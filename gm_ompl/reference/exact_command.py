@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.reference.exact import LENGTHS, SIDES, Tableau, Work, columns_of, exact_margin
+from gm_ompl.reference.exact import LENGTHS, SIDES, Effort, ExactTableau, columns_of, exact_margin
 from gm_ompl.reference.statics import Statics
 
 ROUNDS = 60
@@ -35,13 +35,13 @@ class ExactBest:
     direction: int
 
 
-def exact_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
+def exact_best(model: Statics, force: BoolArray, effort: Effort) -> ExactBest:
     """Solve Problem (6) for the best f_com by exact cuts z <= c + slopes . f_com (Kelley).
 
     Args:
         model: the mechanics.
         force: (n,), which fingers are force-controlled.
-        work: what it may cost.
+        effort: what it may cost.
 
     Raises:
         SolverError: where that does not suffice.
@@ -49,7 +49,7 @@ def exact_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
     limits, best = np.where(force, 0.5 * model.f_max, model.f_max), None
     cuts: list[tuple[float, Array]] = []
     while True:
-        found = exact_margin(model, limits.tolist(), force, work)
+        found = exact_margin(model, limits.tolist(), force, effort)
         c, slopes = (
             _cut(model, found.wrench, force)
             if found.wrench
@@ -62,14 +62,16 @@ def exact_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
         if not force.any() or not found.wrench:
             return best
         cuts.append((c, slopes))
-        most, f = _trial(cuts, model.f_max[force], work)
+        most, f = _trial(cuts, model.f_max[force], effort)
         if most - best.least <= GAP * max(most, 1e-2) or len(cuts) == ROUNDS:
             return ExactBest(best.least, most, best.f_com, best.direction)
         limits = model.f_max.copy()
         limits[force] = f
 
 
-def _trial(cuts: Sequence[tuple[float, Array]], f_max: Array, work: Work) -> tuple[float, Array]:
+def _trial(
+    cuts: Sequence[tuple[float, Array]], f_max: Array, effort: Effort
+) -> tuple[float, Array]:
     """Return the largest z under the cuts, and the f_com that allows it.
 
     Solved as its dual: min c . mu + f_max . nu, sum mu = 1, nu >= sum_j mu_j slopes_j, with z
@@ -83,7 +85,7 @@ def _trial(cuts: Sequence[tuple[float, Array]], f_max: Array, work: Work) -> tup
         for sign, cost in ((1, Fraction(most)), (-1, Fraction(0))):
             columns.append([Fraction(sign * (j == 1 + i)) for j in range(1 + n)])
             costs.append(cost)
-    tableau = Tableau(columns, costs, work)
+    tableau = ExactTableau(columns, costs, effort)
     z = tableau.solve([1])
     assert z is not None, "weights that add up to 1 exist"
     f = [min(max(float(value), 0.0), most) for value, most in
@@ -112,7 +114,7 @@ def _cut(model: Statics, y: Sequence[Fraction], force: BoolArray) -> tuple[float
     return float(c / h), np.array(slopes)
 
 
-def joint_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
+def joint_best(model: Statics, force: BoolArray, effort: Effort) -> ExactBest:
     """Solve Problem (6) for the best f_com.
 
     A few directions in one program give f_com and a bound on z; the direction that this f_com
@@ -121,7 +123,7 @@ def joint_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
     Args:
         model: the mechanics.
         force: (n,), which fingers are force-controlled.
-        work: what it may cost.
+        effort: what it may cost.
 
     Raises:
         SolverError: where that does not suffice.
@@ -131,13 +133,13 @@ def joint_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
         limits[i] /= 2
     chosen, z = list[int](), None
     while True:
-        found = exact_margin(model, limits, force, work)
+        found = exact_margin(model, limits, force, effort)
         f_com = np.where(force, [float(limit) for limit in limits], 0.0)
         resisted = z is not None and found.tau is not None and found.tau * z <= 1
         if resisted or not force.any() or found.z == np.inf:
             return ExactBest(found.z, found.z, f_com, found.direction)
         chosen.append(found.direction)
-        tau, f = _joint(model, force, chosen, work)
+        tau, f = _joint(model, force, chosen, effort)
         if tau is None:
             return ExactBest(0.0, 0.0, f_com, found.direction)
         if tau == 0:
@@ -148,7 +150,7 @@ def joint_best(model: Statics, force: BoolArray, work: Work) -> ExactBest:
 
 
 def _joint(
-    model: Statics, force: BoolArray, chosen: Sequence[int], work: Work
+    model: Statics, force: BoolArray, chosen: Sequence[int], effort: Effort
 ) -> tuple[Fraction | None, list[Fraction]]:
     """Return 1 / z for some directions, None where z is 0, and (n,) f_com / z that allows it.
 
@@ -182,7 +184,7 @@ def _joint(
     for number in chosen:
         side += [sign * LENGTHS[number] for sign in SIDES[number]] + [0] * n
     side += [0] * (height - len(side))
-    tableau = Tableau(program, [Fraction(1)] + [Fraction(0)] * (len(program) - 1), work)
+    tableau = ExactTableau(program, [Fraction(1)] + [Fraction(0)] * (len(program) - 1), effort)
     least = tableau.solve(side)
     f = [Fraction(0)] * n
     for at, i in enumerate(caps):

@@ -17,7 +17,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
-from gm_ompl.reference.exact import Work, balanced
+from gm_ompl.reference.exact import Effort, balanced
 from gm_ompl.reference.exact_command import exact_best, joint_best
 from gm_ompl.reference.internal_force import InternalForce
 from gm_ompl.reference.modes import Modes, ModeSet, choose, decision, maximal_sets
@@ -94,11 +94,11 @@ def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
         found = _by_solution(model, force, verdict, solution.x, solution.dual)
         if found.closed:
             return found
-    work, nobody = Work(), np.zeros(model.fingers, dtype=bool)
-    best = exact_best(model, force, work)
+    effort, nobody = Effort(), np.zeros(model.fingers, dtype=bool)
+    best = exact_best(model, force, effort)
     if not closed(best.least, max(best.most, 0.0)):
-        best = joint_best(model, force, work)
-    if best.least <= 0.0 and not balanced(model, model.f_max, nobody, work):
+        best = joint_best(model, force, effort)
+    if best.least <= 0.0 and not balanced(model, model.f_max, nobody, effort):
         return Bracket(-np.inf, -np.inf, np.zeros(model.fingers), -1)
     return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
 

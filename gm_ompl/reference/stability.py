@@ -16,7 +16,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
-from gm_ompl.reference.exact import Work, balanced, exact_margin
+from gm_ompl.reference.exact import Effort, balanced, exact_margin
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.program import LinearProgram, LpSolution, LpStatus
 from gm_ompl.reference.statics import Statics
@@ -66,9 +66,9 @@ def stability(model: Statics, modes: Sequence[ControlMode]) -> Stability:
     try:
         return stability_of(highs.solve(stability_program(model, modes)), model.fingers)
     except SolverError:
-        work, nobody = Work(), np.zeros(model.fingers, dtype=bool)
-        best = exact_best(model, _force(modes), work)
-        if best.least > 0.0 or balanced(model, model.f_max, nobody, work):
+        effort, nobody = Effort(), np.zeros(model.fingers, dtype=bool)
+        best = exact_best(model, _force(modes), effort)
+        if best.least > 0.0 or balanced(model, model.f_max, nobody, effort):
             return Stability(best.least, best.f_com, best.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), -1, 0.0)
 
@@ -131,9 +131,9 @@ def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> 
     try:
         return _stability_by_highs(model, limits, force, f_com)
     except SolverError:
-        work = Work()
-        found = exact_margin(model, limits.tolist(), force, work)
-        if found.z > 0.0 or balanced(model, limits, force, work):
+        effort = Effort()
+        found = exact_margin(model, limits.tolist(), force, effort)
+        if found.z > 0.0 or balanced(model, limits, force, effort):
             return Stability(found.z, f_com, found.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), found.direction, 0.0)
 

@@ -16,7 +16,7 @@ from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import instant_columns
 from gm_ompl.problem import Environment
-from gm_ompl.reference.exact import Work
+from gm_ompl.reference.exact import Effort
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.reference.statics import statics
@@ -31,7 +31,7 @@ def z_of(instant: Instant, mask: int) -> float:
     end, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
     if end == modes.UNPROVEN:
         force = np.array([not mask >> i & 1 for i in range(len(f_max))], dtype=bool)
-        z = min(exact_best(statics(instant), force, Work()).least, 1e9)
+        z = min(exact_best(statics(instant), force, Effort()).least, 1e9)
     return float(z) * instant.force_scale
 
 

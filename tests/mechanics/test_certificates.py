@@ -32,7 +32,7 @@ from gm_ompl.mechanics.stability import fill
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.reference import proof
-from gm_ompl.reference.exact import Work, exact_margin
+from gm_ompl.reference.exact import Effort, exact_margin
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.reference.proof import proven_decision
@@ -107,7 +107,7 @@ def test_forces_bound_z_from_below(seed: int, instances: ModuleType) -> None:
     rng = np.random.default_rng(seed)
     instant = instances.random_instance(rng, 2)
     model, nobody = statics(instant), np.zeros(2, dtype=bool)
-    exact = exact_margin(model, model.f_max.tolist(), nobody, Work()).z
+    exact = exact_margin(model, model.f_max.tolist(), nobody, Effort()).z
     if not 1e-6 < exact < np.inf:
         return
     env, q, tips, f_max = instant_columns(instant)
@@ -154,7 +154,7 @@ def test_exact_arithmetic_is_a_second_opinion(seed: int, instances: ModuleType) 
     instant = instances.random_instance(np.random.default_rng(seed), 2)
     model = statics(instant)
     for force in (np.zeros(2, dtype=bool), np.array([True, False])):
-        best = exact_best(model, force, Work())
+        best = exact_best(model, force, Effort())
         modes = tuple(ControlMode.FORCE if f else ControlMode.POSITION for f in force)
         z = max(stability(model, modes).z, 0.0)
         assert best.least == pytest.approx(z, rel=1e-7, abs=1e-9)
