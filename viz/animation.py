@@ -53,31 +53,21 @@ MODE_LETTERS: Final = {"position": "P", "force": "F", None: "L"}
 
 @dataclass(frozen=True, eq=False)
 class ShownSegment:
-    """A stretch of time in which modes, forces and z stay the same.
+    """A stretch of time in which modes, forces and z stay the same."""
 
-    Attributes:
-        start: time at which it begins [s].
-        end: time at which it ends [s].
-        step: number of the plan's step.
-        segment: number of the step's segment; None in a regrasping step.
-        record: what the plan says of it: modes, f_com and z.
-        poses: (p, 7), positions and quaternions (w, x, y, z) at equal times, the last at ``end``;
-            one row where the object rests.
-        placements: per finger, where it touches; of a lifted finger where it touched before.
-        middle: the instant at which it is judged.
-        contacts: the environment contacts then, object frame.
-        path: (k, 3), a lifted finger's centre's way in the object frame at equal times.
-    """
-
-    start: float
-    end: float
-    step: int
-    segment: int | None
-    record: SegmentRecord | RegraspStep
+    start: float  # time at which it begins [s]
+    end: float  # time at which it ends [s]
+    step: int  # number of the plan's step
+    segment: int | None  # number of the step's segment; None in a regrasping step
+    record: SegmentRecord | RegraspStep  # what the plan says of it: modes, f_com and z
+    # (p, 7), positions and quaternions (w, x, y, z) at equal times, the last at ``end``; one row
+    # where the object rests
     poses: Array
+    # per finger, where it touches; of a lifted finger where it touched before
     placements: tuple[PlacementRecord, ...]
-    middle: Moment
-    contacts: ContactState
+    middle: Moment  # the instant at which it is judged
+    contacts: ContactState  # the environment contacts then, object frame
+    # (k, 3), a lifted finger's centre's way in the object frame at equal times
     path: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
@@ -93,19 +83,13 @@ class ShownSegment:
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """A plan and its timeline.
+    """A plan and its timeline."""
 
-    Attributes:
-        plan: the plan.
-        problem: made from the scenario inside the plan.
-        segments: in time order, without gaps; empty where the plan has no steps.
-        step_starts: time at which each step begins [s].
-    """
-
-    plan: Plan
-    problem: Problem
+    plan: Plan  # the plan
+    problem: Problem  # made from the scenario inside the plan
+    # in time order, without gaps; empty where the plan has no steps
     segments: tuple[ShownSegment, ...]
-    step_starts: tuple[float, ...]
+    step_starts: tuple[float, ...]  # time at which each step begins [s]
 
     @property
     def duration(self) -> float:

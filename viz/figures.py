@@ -32,23 +32,14 @@ HATCHES: Final = {"P": "", "F": "////"}
 
 @dataclass(frozen=True, eq=False)
 class PlanAxis:
-    """Where each displacement segment lies along the plan.
+    """Where each displacement segment lies along the plan."""
 
-    Attributes:
-        segments: the displacement segments, in order.
-        start: (b,), where they begin.
-        end: (b,), where they end.
-        regrasps: per regrasp, its place and its finger.
-        label: what the axis counts.
-        travel: (b + 1, n), how far each fingertip's centre has come; regrasps add nothing.
-    """
-
-    segments: tuple[ShownSegment, ...]
-    start: Array
-    end: Array
-    regrasps: tuple[tuple[float, int], ...]
-    label: str
-    travel: Array
+    segments: tuple[ShownSegment, ...]  # the displacement segments, in order
+    start: Array  # (b,), where they begin
+    end: Array  # (b,), where they end
+    regrasps: tuple[tuple[float, int], ...]  # per regrasp, its place and its finger
+    label: str  # what the axis counts
+    travel: Array  # (b + 1, n), how far each fingertip's centre has come; regrasps add nothing
 
 
 def axis_of(animation: Animation) -> PlanAxis:

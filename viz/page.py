@@ -27,17 +27,11 @@ RIBBON: Final = 12.0
 
 @dataclass(frozen=True)
 class Band:
-    """One plot.
+    """One plot."""
 
-    Attributes:
-        label: its quantity, plain text.
-        top: what its upper edge means.
-        svg: the drawing.
-    """
-
-    label: str
-    top: str
-    svg: str
+    label: str  # its quantity, plain text
+    top: str  # what its upper edge means
+    svg: str  # the drawing
 
 
 def bands(animation: Animation) -> list[Band]:

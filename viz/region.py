@@ -22,15 +22,10 @@ MARGIN: Final = 0.35
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """An axis-parallel box, world frame.
+    """An axis-parallel box, world frame."""
 
-    Attributes:
-        low: (3,), least coordinates.
-        high: (3,), greatest coordinates.
-    """
-
-    low: Array
-    high: Array
+    low: Array  # (3,), least coordinates
+    high: Array  # (3,), greatest coordinates
 
     @property
     def centre(self) -> Array:

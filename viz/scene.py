@@ -61,21 +61,13 @@ class Recorder:
 
 @dataclass(frozen=True, eq=False)
 class SceneMessages:
-    """Everything that the viewer needs to draw the scene.
+    """Everything that the viewer needs to draw the scene."""
 
-    Attributes:
-        messages: packed for meshcat's ``handle_command_bytearray``, in order.
-        scale: meshcat units per unit of length.
-        centre: (3,), the world point at meshcat's origin.
-        arrow: length of an arrow's shaft at f_max.
-        slots: number of contact markers.
-    """
-
-    messages: tuple[bytes, ...]
-    scale: float
-    centre: Array
-    arrow: float
-    slots: int
+    messages: tuple[bytes, ...]  # packed for meshcat's ``handle_command_bytearray``, in order
+    scale: float  # meshcat units per unit of length
+    centre: Array  # (3,), the world point at meshcat's origin
+    arrow: float  # length of an arrow's shaft at f_max
+    slots: int  # number of contact markers
 
 
 def visualizer(recorder: Recorder) -> Any:

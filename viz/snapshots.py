@@ -33,17 +33,12 @@ LIGHT: Final = unit([0.4, -0.5, 0.8])
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """One picture.
+    """One picture."""
 
-    Attributes:
-        caption: what it shows.
-        segment: the segment whose fingers, modes and forces are drawn; None without a plan.
-        pose: (7,), of the object.
-    """
-
-    caption: str
+    caption: str  # what it shows
+    # the segment whose fingers, modes and forces are drawn; None without a plan
     segment: ShownSegment | None
-    pose: Array
+    pose: Array  # (7,), of the object
 
 
 def pictures(animation: Animation) -> list[Picture]:

@@ -32,23 +32,15 @@ PLANNERS = (EXACT, "HybridRRT", "HybridRRTConnect", "HybridRRTstar",
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is compared.
+    """What is compared."""
 
-    Attributes:
-        single: scenarios planned once per seed.
-        families: random families; the k-th seed plans the family's k-th scenario.
-        planners: names, the exact one first.
-        seeds: how many.
-        time_limit: of each run [s].
-        reference_limit: of the exact planner's run that costs are compared with [s].
-    """
-
-    single: Sequence[str] = SINGLE
+    single: Sequence[str] = SINGLE  # scenarios planned once per seed
+    # random families; the k-th seed plans the family's k-th scenario
     families: Sequence[str] = FAMILIES
-    planners: Sequence[str] = PLANNERS
-    seeds: int = 20
-    time_limit: float = 5.0
-    reference_limit: float = 120.0
+    planners: Sequence[str] = PLANNERS  # names, the exact one first
+    seeds: int = 20  # how many
+    time_limit: float = 5.0  # of each run [s]
+    reference_limit: float = 120.0  # of the exact planner's run that costs are compared with [s]
 
 
 def runs(design: Comparison) -> tuple[Task, ...]:

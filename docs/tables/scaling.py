@@ -32,19 +32,12 @@ SAMPLER = "HybridRRTConnect"
 
 @dataclass(frozen=True)
 class Case:
-    """One scenario on an axis.
+    """One scenario on an axis."""
 
-    Attributes:
-        series: what the axis varies of it.
-        freedom: the object's degrees of freedom.
-        scenario: a shipped name.
-        changes: "KEY=VALUE" overrides.
-    """
-
-    series: str
-    freedom: int
-    scenario: str
-    changes: tuple[str, ...]
+    series: str  # what the axis varies of it
+    freedom: int  # the object's degrees of freedom
+    scenario: str  # a shipped name
+    changes: tuple[str, ...]  # "KEY=VALUE" overrides
 
 
 def _steps(length: str, yaw: str) -> str:

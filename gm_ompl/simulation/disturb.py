@@ -132,22 +132,15 @@ def resisted(setup: Setup, instant: int) -> Array:
 
 @dataclass(frozen=True)
 class Largest:
-    """The largest disturbance withstood at one place of a plan.
+    """The largest disturbance withstood at one place of a plan."""
 
-    Attributes:
-        time: when the pulses begin [s].
-        phase: what happens then.
-        z: the stability margin there.
-        fraction: the largest of ``LADDER`` up to which every pulse was withstood, in all directions
-            tried; 0 if the first was not.
-        direction: number of a direction in which the next was not withstood; -1 if all were.
-    """
-
-    time: float
-    phase: str
-    z: float
+    time: float  # when the pulses begin [s]
+    phase: str  # what happens then
+    z: float  # the stability margin there
+    # the largest of ``LADDER`` up to which every pulse was withstood, in all directions tried; 0
+    # if the first was not
     fraction: float
-    direction: int
+    direction: int  # number of a direction in which the next was not withstood; -1 if all were
 
     def table(self) -> str:
         """Return it as a line of text."""

@@ -24,25 +24,15 @@ from gm_ompl.writing import plain
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A plan made ready for the simulator.
+    """A plan made ready for the simulator."""
 
-    Attributes:
-        plan: what to execute.
-        problem: its scenario.
-        pace: how fast.
-        units: from the scenario's to the simulator's.
-        timeline: the plan over time.
-        world: the bodies as the scenario has them.
-        allowed: what still counts as holding.
-    """
-
-    plan: Plan
-    problem: Problem
-    pace: Pace
-    units: Units
-    timeline: Timeline
-    world: World
-    allowed: Allowed = field(default_factory=Allowed)
+    plan: Plan  # what to execute
+    problem: Problem  # its scenario
+    pace: Pace  # how fast
+    units: Units  # from the scenario's to the simulator's
+    timeline: Timeline  # the plan over time
+    world: World  # the bodies as the scenario has them
+    allowed: Allowed = field(default_factory=Allowed)  # what still counts as holding
 
     def player(self, other: World | None = None) -> Player:
         """Return a player at the beginning, in this or in another world."""
@@ -157,19 +147,12 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
 
 @dataclass(frozen=True)
 class VariationReport:
-    """Executions of one plan in several worlds.
+    """Executions of one plan in several worlds."""
 
-    Attributes:
-        error_limit: the greatest error, 0.03 for three per cent.
-        kinds: what is off: ``KINDS`` or some of them.
-        z: the smallest stability margin that the plan states.
-        runs: by the seed of the errors.
-    """
-
-    error_limit: float
-    kinds: tuple[str, ...]
-    z: float
-    runs: dict[int, ExecutionReport]
+    error_limit: float  # the greatest error, 0.03 for three per cent
+    kinds: tuple[str, ...]  # what is off: ``KINDS`` or some of them
+    z: float  # the smallest stability margin that the plan states
+    runs: dict[int, ExecutionReport]  # by the seed of the errors
 
     @property
     def share(self) -> float:

@@ -86,36 +86,22 @@ Wrench = Callable[[int, Array], Array | None]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What happened, K rows ``EVERY`` steps apart; world frame, SI units.
+    """What happened, K rows ``EVERY`` steps apart; world frame, SI units."""
 
-    Attributes:
-        rows: (K,), the instants of the timeline.
-        position: (K, 3), the object's centre of mass.
-        quaternion: (K, 4), its orientation (w, x, y, z).
-        centre: (K, n, 3), the fingertips' centres.
-        normal_force: (K, n), mean over the row's steps.
-    """
-
-    rows: IntArray
-    position: Array
-    quaternion: Array
-    centre: Array
-    normal_force: Array
+    rows: IntArray  # (K,), the instants of the timeline
+    position: Array  # (K, 3), the object's centre of mass
+    quaternion: Array  # (K, 4), its orientation (w, x, y, z)
+    centre: Array  # (K, n, 3), the fingertips' centres
+    normal_force: Array  # (K, n), mean over the row's steps
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """Where a play can be taken up again.
+    """Where a play can be taken up again."""
 
-    Attributes:
-        instant: the next instant of the timeline.
-        physics: the simulator's state.
-        offset: (n,), the servo's memory.
-    """
-
-    instant: int
-    physics: Array
-    offset: Array
+    instant: int  # the next instant of the timeline
+    physics: Array  # the simulator's state
+    offset: Array  # (n,), the servo's memory
 
 
 class Player:

@@ -42,44 +42,26 @@ def shape(instants: int) -> float:
 
 @dataclass(frozen=True)
 class Trial:
-    """One pulse.
+    """One pulse."""
 
-    Attributes:
-        time: when it begins [s].
-        phase: what happens then.
-        direction: number of the direction l_i, or -1 for a random one.
-        strength: its peak in the norm (7), scenario's units.
-        z: the least stability margin that the plan states during the pulse, at least its z_min.
-        offset: how far the object's farthest corner was from its place afterwards [D].
-        slip: how far a fingertip still moved over the object afterwards [D].
-        withstood: whether both are small.
-    """
-
-    time: float
-    phase: str
-    direction: int
-    strength: float
-    z: float
-    offset: float
-    slip: float
-    withstood: bool
+    time: float  # when it begins [s]
+    phase: str  # what happens then
+    direction: int  # number of the direction l_i, or -1 for a random one
+    strength: float  # its peak in the norm (7), scenario's units
+    z: float  # the least stability margin that the plan states during the pulse, at least its z_min
+    offset: float  # how far the object's farthest corner was from its place afterwards [D]
+    slip: float  # how far a fingertip still moved over the object afterwards [D]
+    withstood: bool  # whether both are small
 
 
 @dataclass(frozen=True)
 class PulseReport:
-    """Pulses of one strength.
+    """Pulses of one strength."""
 
-    Attributes:
-        fraction: peak of the pulses over z.
-        trials: in order of time.
-        pulse: their length [s].
-        rest: time from the end of a pulse to the judgement [s].
-    """
-
-    fraction: float
-    trials: tuple[Trial, ...]
-    pulse: float = PULSE
-    rest: float = REST
+    fraction: float  # peak of the pulses over z
+    trials: tuple[Trial, ...]  # in order of time
+    pulse: float = PULSE  # their length [s]
+    rest: float = REST  # time from the end of a pulse to the judgement [s]
 
     @property
     def lost(self) -> tuple[Trial, ...]:

@@ -10,98 +10,61 @@ from gm_ompl.writing import plain
 
 @dataclass(frozen=True)
 class Allowed:
-    """What still counts as holding; lengths in diagonals D of the object.
+    """What still counts as holding; lengths in diagonals D of the object."""
 
-    Attributes:
-        end_position: error of the centre of mass at the end; 2 mm for the cork box.
-        end_angle: error of the orientation at the end [deg].
-        position: error of the centre of mass on the way.
-        angle: error of the orientation on the way [deg].
-        slip: way of a fingertip over the object, between touch-down and lifting.
-        static_slip: way of a static contact over floor or obstacle.
-        force: relative error of a commanded normal force, averaged over ``window``.
-        window: over which forces are averaged [s].
-    """
-
+    # error of the centre of mass at the end; 2 mm for the cork box
     end_position: float = 2.0 / 131.15
-    end_angle: float = 1.0
-    position: float = 0.03
-    angle: float = 3.0
-    slip: float = 0.005
-    static_slip: float = 0.01
-    force: float = 0.1
-    window: float = 0.05
+    end_angle: float = 1.0  # error of the orientation at the end [deg]
+    position: float = 0.03  # error of the centre of mass on the way
+    angle: float = 3.0  # error of the orientation on the way [deg]
+    slip: float = 0.005  # way of a fingertip over the object, between touch-down and lifting
+    static_slip: float = 0.01  # way of a static contact over floor or obstacle
+    force: float = 0.1  # relative error of a commanded normal force, averaged over ``window``
+    window: float = 0.05  # over which forces are averaged [s]
 
 
 @dataclass(frozen=True)
 class FingerReport:
-    """What one finger did; forces and lengths in the scenario's units.
+    """What one finger did; forces and lengths in the scenario's units."""
 
-    Attributes:
-        finger: its number.
-        slip: largest way over the object between touch-down and lifting.
-        force_controlled: share of the motion under force control.
-        force_error: largest relative error of the commanded normal force, averaged over 50 ms;
-            None if it was never force-controlled.
-        mean_force_error: mean of that error.
-        in_range: share of the motion under position control, averaged over 50 ms, in which the
-            normal force lies between the least and the greatest that statics allows, up to 5% of
-            the object's weight; None if it was never position-controlled.
-        greatest_force: greatest normal force, averaged over 50 ms.
-        max_normal_force: f_max.
-        off_contact: time during which it should have touched and did not [s].
-    """
-
-    finger: int
-    slip: float
-    force_controlled: float
+    finger: int  # its number
+    slip: float  # largest way over the object between touch-down and lifting
+    force_controlled: float  # share of the motion under force control
+    # largest relative error of the commanded normal force, averaged over 50 ms; None if it was
+    # never force-controlled
     force_error: float | None
-    mean_force_error: float | None
+    mean_force_error: float | None  # mean of that error
+    # share of the motion under position control, averaged over 50 ms, in which the normal force
+    # lies between the least and the greatest that statics allows, up to 5% of the object's
+    # weight; None if it was never position-controlled
     in_range: float | None
-    greatest_force: float
-    max_normal_force: float
-    off_contact: float
+    greatest_force: float  # greatest normal force, averaged over 50 ms
+    max_normal_force: float  # f_max
+    off_contact: float  # time during which it should have touched and did not [s]
 
 
 @dataclass(frozen=True)
 class ExecutionReport:
-    """One execution of a plan; lengths and forces in the scenario's units, angles in degrees.
+    """One execution of a plan; lengths and forces in the scenario's units, angles in degrees."""
 
-    Attributes:
-        name: the scenario's.
-        findings: why it did not hold; empty if it held.
-        notes: what a reader should know.
-        duration: of the execution [s].
-        speed: of the object's fastest vertex [D/s].
-        scale: metres per unit of length, kilograms per unit of mass, newtons per unit of force.
-        size: D.
-        end_position: error of the centre of mass at the end.
-        end_angle: error of the orientation at the end.
-        position: largest error of the centre of mass while the object moves.
-        angle: largest error of the orientation while it moves.
-        static_slip: largest way of a static contact over floor or obstacle.
-        fingers: one report per finger.
-        z: the smallest stability margin that the plan states; None if no segment has a finite one.
-        inertia: largest inertia force in the norm (7).
-        inertia_share: largest ratio of that to the plan's z at the same instant.
-    """
-
-    name: str
-    findings: tuple[str, ...]
-    notes: tuple[str, ...]
-    duration: float
-    speed: float
+    name: str  # the scenario's
+    findings: tuple[str, ...]  # why it did not hold; empty if it held
+    notes: tuple[str, ...]  # what a reader should know
+    duration: float  # of the execution [s]
+    speed: float  # of the object's fastest vertex [D/s]
+    # metres per unit of length, kilograms per unit of mass, newtons per unit of force
     scale: tuple[float, float, float]
-    size: float
-    end_position: float
-    end_angle: float
-    position: float
-    angle: float
-    static_slip: float
-    fingers: tuple[FingerReport, ...]
+    size: float  # D
+    end_position: float  # error of the centre of mass at the end
+    end_angle: float  # error of the orientation at the end
+    position: float  # largest error of the centre of mass while the object moves
+    angle: float  # largest error of the orientation while it moves
+    static_slip: float  # largest way of a static contact over floor or obstacle
+    fingers: tuple[FingerReport, ...]  # one report per finger
+    # the smallest stability margin that the plan states; None if no segment has a finite one
     z: float
-    inertia: float
-    inertia_share: float
+    inertia: float  # largest inertia force in the norm (7)
+    inertia_share: float  # largest ratio of that to the plan's z at the same instant
 
     @property
     def holds(self) -> bool:

@@ -25,21 +25,13 @@ STRAIGHT = 0.99
 
 @dataclass(frozen=True, eq=False)
 class PlannedSegment:
-    """One segment of a displacement step.
+    """One segment of a displacement step."""
 
-    Attributes:
-        step: number of the step in the plan.
-        number: of the segment in the step.
-        part: of the arc.
-        placements: per finger.
-        record: modes, f_com and z as the plan states them.
-    """
-
-    step: int
-    number: int
-    part: Segment
-    placements: tuple[PlacementRecord, ...]
-    record: SegmentRecord
+    step: int  # number of the step in the plan
+    number: int  # of the segment in the step
+    part: Segment  # of the arc
+    placements: tuple[PlacementRecord, ...]  # per finger
+    record: SegmentRecord  # modes, f_com and z as the plan states them
 
     def velocities(self, t: float, corners: Array) -> Array:
         """Return the velocities of ``corners`` (m, 3), object frame, at ``t`` of the arc."""

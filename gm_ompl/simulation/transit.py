@@ -182,21 +182,13 @@ def _cut(clearance: Clearance, corners: Array, look: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Transit:
-    """Fingers about to land, or just lifted, while the object rests and others keep their places.
+    """Fingers about to land, or just lifted, while the object rests and others keep their places."""
 
-    Attributes:
-        problem: the scenario.
-        pose: where the object rests.
-        points: (n, 3), the fingers' placements, object frame.
-        normals: (n, 3), into the object.
-        height: how far a finger stands off where it can.
-    """
-
-    problem: Problem
-    pose: Pose
-    points: Array
-    normals: Array
-    height: float
+    problem: Problem  # the scenario
+    pose: Pose  # where the object rests
+    points: Array  # (n, 3), the fingers' placements, object frame
+    normals: Array  # (n, 3), into the object
+    height: float  # how far a finger stands off where it can
 
     def off(self, i: int, point: Array, normal: Array) -> Array:
         """Return (3,), from where finger ``i`` touches at ``point`` to where it stands off.

@@ -29,19 +29,12 @@ GRAVITY = 9.8
 
 @dataclass(frozen=True)
 class Units:
-    """Factors that take a scenario's numbers to SI numbers in the simulator.
+    """Factors that take a scenario's numbers to SI numbers in the simulator."""
 
-    Attributes:
-        length: metres per unit of length.
-        mass: kilograms per unit of mass.
-        force: newtons per unit of force.
-        gravity: g in the simulator [m/s^2]; 0 where the scenario has none.
-    """
-
-    length: float
-    mass: float
-    force: float
-    gravity: float
+    length: float  # metres per unit of length
+    mass: float  # kilograms per unit of mass
+    force: float  # newtons per unit of force
+    gravity: float  # g in the simulator [m/s^2]; 0 where the scenario has none
 
     @classmethod
     def of(cls, problem: Problem) -> Units:
@@ -64,33 +57,20 @@ class Units:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Bodies and friction, SI units.
+    """Bodies and friction, SI units."""
 
-    Attributes:
-        pieces: per convex piece of the object its vertices (v, 3), object frame.
-        mass: the object's.
-        inertia: (3, 3), about the centre of mass, object frame.
-        obstacles: per convex piece its vertices (v, 3), world frame.
-        floor: whether the half space z < 0 is solid.
-        radius: (n,), of the fingertips.
-        friction: (n,), Coulomb coefficient of each fingertip against the object.
-        environment_friction: Coulomb coefficient of floor and obstacles against the object.
-        gravity: g, along -z.
-        offset: (n, 3), error of each fingertip's place, object frame.
-        lift: how much higher than planned the object starts, so that an object of another size
-            does not start inside the floor.
-    """
-
-    pieces: tuple[Array, ...]
-    mass: float
-    inertia: Array
-    obstacles: tuple[Array, ...]
-    floor: bool
-    radius: Array
-    friction: Array
-    environment_friction: float
-    gravity: float
-    offset: Array
+    pieces: tuple[Array, ...]  # per convex piece of the object its vertices (v, 3), object frame
+    mass: float  # the object's
+    inertia: Array  # (3, 3), about the centre of mass, object frame
+    obstacles: tuple[Array, ...]  # per convex piece its vertices (v, 3), world frame
+    floor: bool  # whether the half space z < 0 is solid
+    radius: Array  # (n,), of the fingertips
+    friction: Array  # (n,), Coulomb coefficient of each fingertip against the object
+    environment_friction: float  # Coulomb coefficient of floor and obstacles against the object
+    gravity: float  # g, along -z
+    offset: Array  # (n, 3), error of each fingertip's place, object frame
+    # how much higher than planned the object starts, so that an object of another size does not
+    # start inside the floor
     lift: float = 0.0
 
     @property

@@ -27,19 +27,12 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """A search and the decisions of the whole hand that it made.
+    """A search and the decisions of the whole hand that it made."""
 
-    Attributes:
-        problem: what was searched.
-        backend: numbers the contact states.
-        result: of the search.
-        asked: every decision made, in order.
-    """
-
-    problem: Problem
-    backend: KernelBackend
-    result: SearchResult
-    asked: list[Key]
+    problem: Problem  # what was searched
+    backend: KernelBackend  # numbers the contact states
+    result: SearchResult  # of the search
+    asked: list[Key]  # every decision made, in order
 
 
 Times: TypeAlias = dict[str, list[float]]

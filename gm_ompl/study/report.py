@@ -173,17 +173,11 @@ def cost_quantiles(
 
 @dataclass(frozen=True)
 class Table:
-    """What a comparison says in rows: for terminals, pages and the documentation.
+    """What a comparison says in rows: for terminals, pages and the documentation."""
 
-    Attributes:
-        title: what it shows.
-        head: names of the columns; the first two say which runs a row is about.
-        rows: text.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    title: str  # what it shows
+    head: tuple[str, ...]  # names of the columns; the first two say which runs a row is about
+    rows: tuple[tuple[str, ...], ...]  # text
 
     def markdown(self) -> str:
         """Return the table as Markdown, without its title."""

@@ -25,19 +25,12 @@ LEAST_S = 1e-4
 
 @dataclass(frozen=True)
 class Gain:
-    """One setting against another.
+    """One setting against another."""
 
-    Attributes:
-        factor: geometric mean of the measure with the old setting over that with the new.
-        low: lower end of its 95% bootstrap interval.
-        high: upper end.
-        solved: shares of runs with a plan, of the old and of the new setting.
-    """
-
-    factor: float
-    low: float
-    high: float
-    solved: tuple[float, float]
+    factor: float  # geometric mean of the measure with the old setting over that with the new
+    low: float  # lower end of its 95% bootstrap interval
+    high: float  # upper end
+    solved: tuple[float, float]  # shares of runs with a plan, of the old and of the new setting
 
     @property
     def supported(self) -> bool:

@@ -28,59 +28,38 @@ Statistic: TypeAlias = Callable[[Samples], Samples]
 
 @dataclass(frozen=True)
 class Summary:
-    """One planner on one scenario, or on the scenarios of a random family.
+    """One planner on one scenario, or on the scenarios of a random family."""
 
-    Attributes:
-        scenario: its name, or the family's.
-        planner: its name.
-        runs: how many.
-        success: share of the runs with a plan.
-        first_plan_s: median time to the first plan [s], runs without one counted as infinite; None
-            where no more than half have one.
-        cost: median cost of the plans; None without plans.
-        ratio: median of cost over the proven optimum, of the plans; None where that is unknown.
-        regrasps: median number, of the plans.
-        least_z: median of the smallest stability margins, of the plans.
-        peak_mb: median peak memory [MiB].
-        decisions: median number of mode decisions.
-        others: runs per status other than solved or budget ("infeasible", "crash", ...).
-    """
-
-    scenario: str
-    planner: str
-    runs: int
-    success: float
+    scenario: str  # its name, or the family's
+    planner: str  # its name
+    runs: int  # how many
+    success: float  # share of the runs with a plan
+    # median time to the first plan [s], runs without one counted as infinite; None where no more
+    # than half have one
     first_plan_s: float | None
-    cost: float | None
+    cost: float | None  # median cost of the plans; None without plans
+    # median of cost over the proven optimum, of the plans; None where that is unknown
     ratio: float | None
-    regrasps: float | None
-    least_z: float | None
-    peak_mb: float
-    decisions: float | None
+    regrasps: float | None  # median number, of the plans
+    least_z: float | None  # median of the smallest stability margins, of the plans
+    peak_mb: float  # median peak memory [MiB]
+    decisions: float | None  # median number of mode decisions
+    # runs per status other than solved or budget ("infeasible", "crash", ...)
     others: Mapping[str, int]
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A planner's figure minus the first planner's on the same scenario, with its interval.
+    """A planner's figure minus the first planner's on the same scenario, with its interval."""
 
-    Attributes:
-        scenario: its name.
-        planner: the planner.
-        against: the first planner.
-        what: "success", "first plan [s]" or "cost / optimum".
-        value: the difference; None where it is not finite.
-        low: lower end of the 95% bootstrap interval, perhaps -inf; None where nothing is known.
-        high: upper end, perhaps +inf.
-    """
-
-    scenario: str
-    planner: str
-    against: str
-    what: str
-    value: float | None
+    scenario: str  # its name
+    planner: str  # the planner
+    against: str  # the first planner
+    what: str  # "success", "first plan [s]" or "cost / optimum"
+    value: float | None  # the difference; None where it is not finite
+    # lower end of the 95% bootstrap interval, perhaps -inf; None where nothing is known
     low: float | None
-    high: float | None
+    high: float | None  # upper end, perhaps +inf
 
     @property
     def supported(self) -> bool:

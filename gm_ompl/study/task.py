@@ -20,36 +20,22 @@ WITHOUT_INFLUENCE = ("app", "study")
 
 @dataclass(frozen=True)
 class Limits:
-    """What one run may spend; None is no limit.
+    """What one run may spend; None is no limit."""
 
-    Attributes:
-        time_s: wall time of the search [s].
-        memory_mb: resident memory of the run's process [MiB].
-        max_iterations: the planner's own iterations.
-    """
-
-    time_s: float | None = None
-    memory_mb: float | None = None
-    max_iterations: int | None = None
+    time_s: float | None = None  # wall time of the search [s]
+    memory_mb: float | None = None  # resident memory of the run's process [MiB]
+    max_iterations: int | None = None  # the planner's own iterations
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One run.
+    """One run."""
 
-    Attributes:
-        scenario: as resolved.
-        planner: its name.
-        parameters: the value of every parameter of the planner.
-        seed: of the run.
-        limits: what it may spend.
-    """
-
-    scenario: Json
-    planner: str
-    parameters: Json
-    seed: int
-    limits: Limits
+    scenario: Json  # as resolved
+    planner: str  # its name
+    parameters: Json  # the value of every parameter of the planner
+    seed: int  # of the run
+    limits: Limits  # what it may spend
 
     @property
     def scenario_name(self) -> str:

@@ -45,27 +45,16 @@ Watch: TypeAlias = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What is tuned, on what, by what.
+    """What is tuned, on what, by what."""
 
-    Attributes:
-        planner: its name.
-        training: scenarios that trials are scored on.
-        held_out: scenarios that the winner is scored on.
-        seeds: runs per scenario and trial.
-        limits: of each run.
-        objective: a key of ``OBJECTIVES``.
-        trials: how many.
-        seed: of the search over parameters.
-    """
-
-    planner: str
-    training: Sequence[Scenario]
-    held_out: Sequence[Scenario]
-    seeds: int
-    limits: Limits
-    objective: str
-    trials: int
-    seed: int
+    planner: str  # its name
+    training: Sequence[Scenario]  # scenarios that trials are scored on
+    held_out: Sequence[Scenario]  # scenarios that the winner is scored on
+    seeds: int  # runs per scenario and trial
+    limits: Limits  # of each run
+    objective: str  # a key of ``OBJECTIVES``
+    trials: int  # how many
+    seed: int  # of the search over parameters
 
     def __post_init__(self) -> None:
         shared = {s.name for s in self.training} & {s.name for s in self.held_out}
@@ -105,23 +94,15 @@ class Tried:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What tuning found.
+    """What tuning found."""
 
-    Attributes:
-        trials: all, in order; the first has the defaults.
-        best: the winner's place among them.
-        front: places of the trials that no other beats in every measure.
-        importances: see ``importances``.
-        gains: per measure, the winner against the defaults on the held-out scenarios.
-        study: optuna's, for its charts.
-    """
-
-    trials: tuple[Tried, ...]
-    best: int
-    front: tuple[int, ...]
-    importances: Mapping[str, float]
+    trials: tuple[Tried, ...]  # all, in order; the first has the defaults
+    best: int  # the winner's place among them
+    front: tuple[int, ...]  # places of the trials that no other beats in every measure
+    importances: Mapping[str, float]  # see ``importances``
+    # per measure, the winner against the defaults on the held-out scenarios
     gains: Mapping[str, Gain]
-    study: Any
+    study: Any  # optuna's, for its charts
 
 
 def searched(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
