@@ -18,8 +18,7 @@ import typer
 from gm_ompl import __version__
 from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
 from gm_ompl.app.options import command
-from gm_ompl.app.output import note, show_log
-from gm_ompl.app.streams import hush_libraries, outlets
+from gm_ompl.app.output import hush_libraries, note, outlets, show_log
 from gm_ompl.app.verbs import VERBS
 
 app = typer.Typer(

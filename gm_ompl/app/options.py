@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
 import inspect
 import math
 from collections.abc import Callable
-from typing import Any, get_type_hints
+from dataclasses import MISSING, field, fields
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
@@ -15,14 +15,26 @@ from gm_ompl.app.exits import Exit, guarded
 from gm_ompl.errors import InputError
 
 
-def option(text: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
-    """Return an option for typer: its help, what its value is called, other names than its own."""
-    return typer.Option(*names, metavar=metavar, help=text, **more)
+def option(default: Any, text: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
+    """Return a field that is an option.
+
+    Args:
+        default: its value where it is not given; ``...`` where it must be given.
+        text: its help.
+        metavar: what its value is called.
+        names: other names than its own.
+        more: what typer may be told besides.
+    """
+    return _field(default, typer.Option(*names, metavar=metavar, help=text, **more))
 
 
 def argument(text: str, metavar: str) -> Any:
-    """Return an argument for typer: its help and what it is called."""
-    return typer.Argument(metavar=metavar, help=text)
+    """Return a field that is an argument, with its help and what it is called."""
+    return _field(..., typer.Argument(metavar=metavar, help=text))
+
+
+def _field(default: Any, info: Any) -> Any:
+    return field(default=MISSING if default is ... else default, metadata={"typer": info})
 
 
 def require(holds: bool, option: str, value: object, wanted: str) -> None:
@@ -46,7 +58,7 @@ def command(options: type[Any], handler: str) -> Callable[..., None]:
     """Return a verb for typer: its parameters and its help are those of ``options``.
 
     Args:
-        options: a dataclass, its fields annotated for typer.
+        options: a dataclass of ``option`` and ``argument``.
         handler: "MODULE:FUNCTION" in this folder, which takes the options and returns the exit
             code. It is imported when the verb runs, so that ``--help`` answers at once.
     """
@@ -56,18 +68,15 @@ def command(options: type[Any], handler: str) -> Callable[..., None]:
         found: Callable[[Any], Exit] = getattr(importlib.import_module(module, __package__), name)
         return found(options(**given))
 
-    hints = get_type_hints(options, include_extras=True)
-    parameters = [
-        inspect.Parameter(
-            field.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            annotation=hints[field.name],
-            default=inspect.Parameter.empty
-            if field.default is dataclasses.MISSING
-            else field.default,
+    types = get_type_hints(options)
+    hints = {f.name: Annotated[types[f.name], f.metadata["typer"]] for f in fields(options)}
+    empty, kind = inspect.Parameter.empty, inspect.Parameter.KEYWORD_ONLY
+    parameters = []
+    for one in fields(options):
+        default = empty if one.default is MISSING else one.default
+        parameters.append(
+            inspect.Parameter(one.name, kind, annotation=hints[one.name], default=default)
         )
-        for field in dataclasses.fields(options)
-    ]
     made = guarded(run)
     made.__doc__, made.__annotations__ = options.__doc__, hints
     made.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

@@ -182,7 +182,7 @@ def _cut(clearance: Clearance, corners: Array, look: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Transit:
-    """Fingers about to land, or just lifted, while the object rests and others keep their places."""
+    """Fingers about to land, or just lifted, while the object rests and others stay."""
 
     problem: Problem  # the scenario
     pose: Pose  # where the object rests
