@@ -20,9 +20,7 @@ import numpy as np
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.planners.planner import Budget
-from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Problem
 from gm_ompl.study.bench_decisions import Searched, Times, searched, timed
 
 Json: TypeAlias = dict[str, Any]
@@ -77,26 +75,25 @@ def bench(
             for way, values in times.items():
                 pool[search][way] += values
             decisions.append(_decision_row(name, search, len(one.asked), times))
-        row = _plan_row(name, problem, repeat, search_limit)
+        # The first of A*'s runs is not timed.
+        again = [searched(problem, "astar", search_limit) for _ in range(repeat + 1)][1:]
+        seconds, spent = statistics.median(s.seconds for s in again), again[0].result.statistics
         plain = _plain(found["dijkstra"], statistics.fmean(mean) if mean else None)
         plans.append({
-            **row, **plain,
-            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
+            "scenario": name, "optimal": again[0].result.optimal, "seconds": seconds,
+            "expanded": int(spent["expanded"]), "mode_decisions": int(spent["mode_decisions"]),
+            **plain,
+            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / seconds,
             "profile": profiled(problem, search_limit),
             "peak_mb": _spent(_plan(name, overrides))[1],
         })  # fmt: skip
     decisions += [_decision_row("all", search, None, times) for search, times in pool.items()]
+    machine = {
+        "python": platform.python_version(), "platform": platform.platform(),
+        "cores": os.cpu_count(), "load": os.getloadavg()[0],
+    }  # fmt: skip
     start = {**start, "scenario": scenarios[0]}
-    return {"machine": _machine(), "decisions": decisions, "plans": plans, "start": start}
-
-
-def _machine() -> Json:
-    return {
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "cores": os.cpu_count(),
-        "load": os.getloadavg()[0],
-    }
+    return {"machine": machine, "decisions": decisions, "plans": plans, "start": start}
 
 
 def _decision_row(name: str, search: str, asked: int | None, times: Times) -> Json:
@@ -120,24 +117,6 @@ def _decision_row(name: str, search: str, asked: int | None, times: Times) -> Js
 
 def _median(values: Sequence[float]) -> float | None:
     return statistics.median(values) if values else None
-
-
-def _plan_row(name: str, problem: Problem, repeat: int, time_limit: float) -> Json:
-    """Solve ``repeat`` + 1 times by A*, memos emptied each time; the first is not timed."""
-    seconds = []
-    for _ in range(repeat + 1):
-        judge = Judge(problem, KernelBackend(problem))
-        started = time.perf_counter()
-        rng = np.random.default_rng(0)
-        result = make_planner("astar").solve(problem, judge, Budget(time_limit), rng)
-        seconds.append(time.perf_counter() - started)
-    return {
-        "scenario": name,
-        "optimal": result.optimal,
-        "seconds": statistics.median(seconds[1:]),
-        "expanded": int(result.statistics["expanded"]),
-        "mode_decisions": int(result.statistics["mode_decisions"]),
-    }
 
 
 def _plain(search: Searched, mean_ms: float | None) -> Json:
@@ -173,22 +152,16 @@ def decisions_per_node(problem: Problem) -> float:
             continue
         placements = tuple(int(rng.choice(r)) for r in rows)
         if judge.apart(placements):
-            regrasps = sum(_targets(judge, placements, i, rows[i]) for i in range(n))
+            regrasps = 0
+            for i in range(n):  # how many other placements are clear of the other fingers
+                clear = zip(judge.clear[i], placements, strict=True)
+                fits = [table[rows[i], row] for table, row in clear if table is not None]
+                regrasps += int(np.all(fits, axis=0).sum()) - 1 if fits else len(rows[i]) - 1
             heads = sum(
                 judge.placements_valid(pose(q), placements) for _, q in lattice.neighbours(at)
             )
             counts.append(regrasps + problem.cost.samples_per_arc * heads)
     return float(np.mean(counts)) if counts else 0.0
-
-
-def _targets(judge: Judge, placements: Placements, finger: int, rows: np.ndarray) -> int:
-    """Return how many other placements are free for a finger and clear of the others."""
-    fits = np.ones(len(rows), dtype=bool)
-    for other, row in enumerate(placements):
-        clear = judge.clear[finger][other]
-        if clear is not None:
-            fits &= clear[rows, row]
-    return int(fits.sum()) - 1
 
 
 def startup(scenario: str, overrides: Sequence[str], repeat: int) -> dict[str, float]:
@@ -205,12 +178,7 @@ def startup(scenario: str, overrides: Sequence[str], repeat: int) -> dict[str, f
 
 
 def _plan(scenario: str, overrides: Sequence[str]) -> list[str]:
-    return [
-        "plan",
-        scenario,
-        "--json",
-        *(word for change in overrides for word in ("--set", change)),
-    ]
+    return ["plan", scenario, "--json", *(w for change in overrides for w in ("--set", change))]
 
 
 def _spent(arguments: list[str]) -> tuple[float, float]:
@@ -230,19 +198,15 @@ def profiled(problem: Problem, time_limit: float) -> dict[str, float]:
 
     Time is counted where it passes, numpy's and compiled code's in the module that calls them.
     """
-    judge = Judge(problem, KernelBackend(problem))
     profile = cProfile.Profile()
-    rng = np.random.default_rng(0)
-    profile.runcall(make_planner("astar").solve, problem, judge, Budget(time_limit), rng)
+    searched(problem, "astar", time_limit, profile)
     spent = dict.fromkeys([*_SHARES, "other"], 0.0)
     for function, row in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
         callers = row[4]
-        if _share(function[0]) == "other" and callers:
-            # Code of libraries counts where it is called from.
-            for caller, part in callers.items():
-                spent[_share(caller[0])] += part[2]
-        else:
-            spent[_share(function[0])] += row[2]
+        library = _share(function[0]) == "other" and callers
+        # Code of libraries counts where it is called from.
+        for place, part in callers.items() if library else [(function, row)]:
+            spent[_share(place[0])] += part[2]
     total = sum(spent.values())
     return {name: seconds / total for name, seconds in spent.items()}
 

@@ -11,8 +11,7 @@ from typing import Any, NoReturn
 
 from gm_ompl.errors import GmOmplError
 from gm_ompl.planners.planner import MEGABYTE, resident_memory
-from gm_ompl.study.run import carry_out
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.task import Limits, Task, carry_out
 from gm_ompl.study.warm import compiled_versions, pack
 
 GRACE_S, GRACE_SHARE = 5.0, 0.5

@@ -213,9 +213,14 @@ def tables(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[T
 def figures(row: Summary) -> tuple[str, ...]:
     """Return a summary's figures as text, from the number of runs to how else they ended."""
     numbers = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.decisions)
-    others = ", ".join(f"{count} {status}" for status, count in row.others.items())
-    success, peak = f"{row.success:.0%}", f"{row.peak_mb:.0f}"
-    return (str(row.runs), success, *map(figure, numbers), peak, others or "-")
+    others = ", ".join(f"{count} {status}" for status, count in row.others.items()) or "-"
+    return (
+        f"{row.runs}",
+        f"{row.success:.0%}",
+        *map(figure, numbers),
+        f"{row.peak_mb:.0f}",
+        others,
+    )
 
 
 def _difference(row: Difference) -> str:
@@ -260,7 +265,12 @@ def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
         MissingExtraError: plotly is not installed.
     """
     lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
-    return _page(title, [*lines, *_figures(tuned, measures)])
+    shares = tuned.importances
+    bars = plotly("tune").Figure()
+    bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")
+    what = f"Importance: share of the differences in {measures[0]} that each explains alone"
+    bars.update_layout(title=what, xaxis_range=[0, 1])
+    return _page(title, [*lines, *charts(tuned.study, measures), bars])
 
 
 def gain_lines(tuned: Tuned) -> Iterator[str]:
@@ -272,13 +282,3 @@ def gain_lines(tuned: Tuned) -> Iterator[str]:
             f"(95% interval {gain.low:.3g} to {gain.high:.3g}: {verdict}); "
             f"with a plan {gain.solved[0]:.0%} before, {gain.solved[1]:.0%} tuned"
         )
-
-
-def _figures(tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
-    """Yield optuna's charts and the importances of the parameters."""
-    yield from charts(tuned.study, measures)
-    shares = tuned.importances
-    bars = plotly("tune").Figure()
-    bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")
-    title = f"Importance: share of the differences in {measures[0]} that each explains alone"
-    yield bars.update_layout(title=title, xaxis_range=[0, 1])

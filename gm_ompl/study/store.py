@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import ModuleType, NoneType
+from types import NoneType
 from typing import Any, TypeAlias, final, get_args, get_type_hints
 
 from gm_ompl.errors import InputError, MissingExtraError
@@ -164,43 +164,28 @@ def write_parquet(records: Sequence[RunRecord], path: Path) -> None:
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
-    arrow, parquet = _pyarrow()
-    schema = arrow.schema([(name, _type(arrow, name, hint)) for name, hint in _hints().items()])
-    rows = [{name: _value(name, getattr(run, name)) for name in schema.names} for run in records]
-    with whole(path) as part:
-        parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), part)
-
-
-def _pyarrow() -> tuple[ModuleType, ModuleType]:
     try:
-        import pyarrow
-        import pyarrow.parquet
+        import pyarrow as arrow
+        from pyarrow import parquet
     except ImportError:
         raise MissingExtraError("pyarrow", "parquet") from None
-    return pyarrow, pyarrow.parquet
-
-
-def _hints() -> dict[str, Any]:
-    hints = get_type_hints(RunRecord)
-    return {field.name: hints[field.name] for field in fields(RunRecord)}
-
-
-def _type(arrow: ModuleType, name: str, hint: Any) -> Any:
-    """Return the column type of a field: of ``X`` and of ``X | None`` the same."""
-    if name == "history":
-        parts = ("time_s", "cost", "lower_bound")
-        return arrow.list_(arrow.struct([(part, arrow.float64()) for part in parts]))
     kinds = {float: arrow.float64(), int: arrow.int64(), bool: arrow.bool_()}
-    (kind,) = [part for part in get_args(hint) or (hint,) if part is not NoneType][:1]
-    return kinds.get(kind, arrow.string())
-
-
-def _value(name: str, value: Any) -> Any:
-    if name == "parameters":
-        return json.dumps(value)
-    if name == "history":
-        return [dict(zip(("time_s", "cost", "lower_bound"), entry, strict=True)) for entry in value]
-    return value
+    parts = ("time_s", "cost", "lower_bound")
+    columns = {}
+    for name, hint in get_type_hints(RunRecord).items():
+        kind = next(part for part in get_args(hint) or (hint,) if part is not NoneType)
+        columns[name] = kinds.get(kind, arrow.string())
+    columns["history"] = arrow.list_(arrow.struct([(part, arrow.float64()) for part in parts]))
+    rows = [
+        {
+            **{name: getattr(run, name) for name in columns},
+            "parameters": json.dumps(run.parameters),
+            "history": [dict(zip(parts, entry, strict=True)) for entry in run.history],
+        }
+        for run in records
+    ]
+    with whole(path) as part:
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=arrow.schema(columns)), part)
 
 
 @contextmanager

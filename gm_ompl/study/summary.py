@@ -125,10 +125,11 @@ def _summary(
         runs=len(runs),
         success=float(np.mean([run.solved for run in runs])),
         first_plan_s=_median(first_times(runs)),
-        cost=_median([run.cost for run in runs]),
         ratio=_median(ratios(runs, optima)),
-        regrasps=_median([run.regrasps for run in runs]),
-        least_z=_median([run.least_z for run in runs]),
+        **{
+            name: _median([getattr(run, name) for run in runs])
+            for name in ("cost", "regrasps", "least_z")
+        },
         peak_mb=float(np.median([run.peak_mb for run in runs])),
         decisions=_median([run.mode_decisions for run in runs]),
         others=dict(others),
@@ -153,7 +154,7 @@ def differences(
         (first, base), *others = planners.items()
         for planner, runs in others:
             for what, sample, statistic in (
-                ("success", _successes, _means),
+                ("success", lambda runs: np.array([float(run.solved) for run in runs]), _means),
                 ("first plan [s]", first_times, _medians),
                 ("cost / optimum", lambda runs: ratios(runs, optima), _medians),
             ):
@@ -179,10 +180,6 @@ def _interval(
         for key in keys
     ]
     return paired_difference([(a, b) for a, b in pairs if a.size and b.size], statistic)
-
-
-def _successes(records: Sequence[RunRecord]) -> Samples:
-    return np.array([float(record.solved) for record in records])
 
 
 def _means(samples: Samples) -> Samples:

@@ -1,4 +1,4 @@
-"""One run of a comparison: what is planned, by what, and the key under which it is stored."""
+"""One run of a comparison: what is planned, by what, under which key, and what it finds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import gm_ompl
+from gm_ompl.planners.planner import Progress
+from gm_ompl.scenario.scenario import Scenario
 
 Json: TypeAlias = dict[str, Any]
 
@@ -77,6 +79,41 @@ def code_version() -> str:
     package = Path(__file__).resolve().parents[1]
     for source in sorted(package.rglob("*.py")):
         place = source.relative_to(package)
-        if place.parts[0] not in WITHOUT_INFLUENCE or place.name == "run.py":
+        if place.parts[0] not in WITHOUT_INFLUENCE or place.name == "task.py":
             digest.update(f"{place.as_posix()}\0".encode() + source.read_bytes())
     return f"{gm_ompl.__version__}+{digest.hexdigest()[:12]}"
+
+
+def carry_out(task: Task) -> dict[str, Any]:
+    """Plan as ``task`` says and return what a record keeps of the plan.
+
+    Raises:
+        InputError: the planner cannot treat the scenario.
+    """
+    limits = task.limits
+    scenario = Scenario.from_resolved(task.scenario)
+    first: list[Progress] = []
+
+    def watch(progress: Progress) -> None:
+        if progress.cost is not None and not first:
+            first.append(progress)
+
+    plan = gm_ompl.plan(
+        scenario, task.planner, time_limit=limits.time_s, max_iterations=limits.max_iterations,
+        memory_limit=limits.memory_mb, seed=task.seed, parameters=task.parameters, report=watch,
+    )  # fmt: skip
+    spent, fingers = plan.statistics, scenario.problem.fingers
+    times = [time for time, cost, _ in spent.history if cost is not None]
+    decided = first[0].mode_decisions if first else spent.mode_decisions
+    same = ("status", "cost", "optimal", "lower_bound", "regrasps", "least_z")
+    return {
+        **{name: getattr(plan, name) for name in same},
+        "first_plan_s": None if plan.cost is None else [*times, spent.time_s][0],
+        "search_s": spent.time_s,
+        "mode_decisions": spent.mode_decisions,
+        "first_plan_decisions": None if plan.cost is None else decided,
+        # nodes times one placement for each finger
+        "states": float(scenario.problem.lattice.size) * len(fingers.placements) ** fingers.count,
+        "iterations": spent.expanded,
+        "history": [list(entry) for entry in spent.history],
+    }

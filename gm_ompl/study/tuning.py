@@ -26,7 +26,7 @@ from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
-from gm_ompl.study.store import JournalLock, RunRecord, Store, writing_journal
+from gm_ompl.study.store import JournalLock, Store, writing_journal
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
@@ -144,24 +144,14 @@ def tune(
     best_numbers = {trial.number for trial in study.best_trials}
     front = tuple(k for k, t in enumerate(finished[: design.trials]) if t.number in best_numbers)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
-    gains = _gains(design, trials[best].parameters, store, executor)
+    settings: tuple[Values, Values] = ({}, trials[best].parameters)
+    old, new = (compare(design.tasks(s, held_out=True), store, executor) for s in settings)
+    gains = {name: gain(name, old, new) for name in MEASURES}
     return Tuned(trials, best, front, importances(trials), gains, study)
 
 
-def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
-    """Return the gain in every measure on the held-out scenarios."""
-    sides: list[tuple[RunRecord, ...]] = [
-        compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
-    ]
-    return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
-
-
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
-    """Open or begin the study; a trial that was under way when it was killed is given up.
-
-    Raises:
-        InputError: there is a journal that cannot be read.
-    """
+    """Open or begin the study; a trial that was under way when it was killed is given up."""
     if os.path.lexists(journal):
         check_ordinary(journal, JOURNAL)
     backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))
