@@ -17,10 +17,11 @@ from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.reference.stability import DIRECTIONS, resistances
 from gm_ompl.simulation.balance import statics_at
 from gm_ompl.simulation.execute import Setup
-from gm_ompl.simulation.measure import MOVE, force_unit
+from gm_ompl.simulation.measure import MOVE
 from gm_ompl.simulation.pulses import Disturber, PulseReport, direction_name
 from gm_ompl.simulation.segments import commanded
 from gm_ompl.simulation.timeline import PHASES
+from gm_ompl.simulation.world import force_unit
 
 STEADY = 1e6
 """A margin above this many times the force unit is no number to scale a pulse by."""

@@ -14,6 +14,7 @@ from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import EVERY, Player, Recording
 from gm_ompl.simulation.report import FingerReport
 from gm_ompl.simulation.timeline import PHASES
+from gm_ompl.simulation.world import force_unit
 
 MOVE = PHASES.index("move")
 
@@ -162,20 +163,15 @@ class Measurement:
 
     def inertia(self) -> tuple[float, float]:
         """Return the largest inertia force in the norm (7), and its largest ratio to z."""
-        L, M, line = self.units.length, self.units.mass, self.timeline
-        mass, J = self.problem.mass * M, self.problem.inertia * M * L**2
+        L, line = self.units.length, self.timeline
+        mass = self.problem.mass * self.units.mass
+        J = self.problem.inertia * self.units.mass * L**2
         wrench = line.inertia_wrench(mass, J, L)
         scaled = mass * np.einsum("ti,ij,tj->t", wrench[:, 3:], np.linalg.inv(J), wrench[:, 3:])
         norm = np.sqrt((wrench[:, :3] ** 2).sum(axis=1) + scaled) / self.units.force
         moving = line.phase == MOVE
         ratio = norm[moving] / np.maximum(line.z[moving], 1e-9 * self.weight)
         return float(norm[moving].max(initial=0.0)), float(ratio.max(initial=0.0))
-
-
-def force_unit(problem: Problem) -> float:
-    """Return the object's weight, or the largest f_max where there is no gravity."""
-    weight = problem.mass * problem.mechanics.gravity
-    return weight or float(problem.fingers.max_normal_force.max(initial=0.0))
 
 
 def rotations(quaternions: Array) -> Array:

@@ -45,14 +45,18 @@ class Units:
         Raises:
             InputError: no gravity, and no finger may press: nothing can be simulated.
         """
-        length, mass = SIZE / problem.body.diagonal, MASS / problem.mass
-        weight = problem.mass * problem.mechanics.gravity
-        if weight > 0:
-            return cls(length, mass, MASS * GRAVITY / weight, GRAVITY)
-        strongest = float(problem.fingers.max_normal_force.max(initial=0.0))
-        if strongest <= 0:
+        unit = force_unit(problem)
+        if unit <= 0:
             raise InputError("without gravity some finger must have a max_normal_force above 0")
-        return cls(length, mass, MASS * GRAVITY / strongest, 0.0)
+        gravity = GRAVITY if problem.mechanics.gravity > 0 else 0.0
+        length, mass = SIZE / problem.body.diagonal, MASS / problem.mass
+        return cls(length, mass, MASS * GRAVITY / unit, gravity)
+
+
+def force_unit(problem: Problem) -> float:
+    """Return the object's weight, or the largest f_max where there is no gravity."""
+    weight = problem.mass * problem.mechanics.gravity
+    return weight or float(problem.fingers.max_normal_force.max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
