@@ -21,7 +21,6 @@ from gm_ompl.planfile.model import (
     RegraspStep,
     SegmentRecord,
 )
-from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.transit import Transit
@@ -146,7 +145,8 @@ def _displacement(
     for j, planned in enumerate(planned_segments(number, step)):
         poses = _poses(planned.part)
         if j == count - 1:
-            poses[-1] = _same_side(_recorded(step.pose_to), poses[-1])
+            recorded = np.array([*step.pose_to.position, *step.pose_to.quaternion])
+            poses[-1] = _same_side(recorded, poses[-1])
         middle = planned.part.middle
         shown.append(
             ShownSegment(
@@ -212,10 +212,6 @@ def _poses(part: Segment) -> Array:
 def pose_row(pose: Pose) -> Array:
     """Return position and quaternion (w, x, y, z) of ``pose``, (7,)."""
     return np.concatenate([pose.position, pose.quaternion()])
-
-
-def _recorded(pose: PoseRecord) -> Array:
-    return np.array([*pose.position, *pose.quaternion])
 
 
 def _same_side(row: Array, other: Array) -> Array:

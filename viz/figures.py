@@ -62,21 +62,17 @@ def axis_of(animation: Animation) -> PlanAxis:
         segments.append(segment)
         start.append(low + segment.segment * width)
         end.append(low + (segment.segment + 1) * width)
-        travel.append(travel[-1] + _chords(animation, segment))
+        # as Eq. (9) measures it
+        first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in segment.poses[[0, -1]])
+        centres = np.array([animation.centre(i, p) for i, p in enumerate(segment.placements)])
+        moved = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
+        travel.append(travel[-1] + moved)
         done += segment.segment == len(step.segments) - 1
     return PlanAxis(
         tuple(segments), np.array(start), np.array(end), tuple(regrasps),
         f"{animation.problem.motion.names[0]} along the path" if forward else "displacement steps",
         np.array(travel),
     )  # fmt: skip
-
-
-def _chords(animation: Animation, segment: ShownSegment) -> Array:
-    """Return how far each fingertip's centre moves in ``segment``, as Eq. (9) measures it."""
-    first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in segment.poses[[0, -1]])
-    centres = np.array([animation.centre(i, place) for i, place in enumerate(segment.placements)])
-    moved: Array = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
-    return moved
 
 
 def forces_figure(animation: Animation) -> Any:
@@ -129,10 +125,10 @@ def _ranges(animation: Animation, axis: PlanAxis) -> Array:
     return ranges
 
 
-def _edges(axis: PlanAxis, values: Array) -> tuple[Array, Array]:
+def _edges(axis: PlanAxis, values: Array, rows: Any = slice(None)) -> tuple[Array, Array]:
     """Return a step curve's corners: each value from its segment's start to its end."""
-    x = np.stack([axis.start, axis.end], axis=1).ravel()
-    return x, np.repeat(values, 2)
+    x = np.stack([axis.start[rows], axis.end[rows]], axis=1).ravel()
+    return x, np.repeat(values[rows], 2)
 
 
 def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array) -> None:
@@ -142,12 +138,9 @@ def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array)
     known = position & ~np.isnan(ranges).any(axis=1)
     blue, orange = palette.css(palette.POSITION), palette.css(palette.FORCE)
     if known.any():
-        thin = len(axis.segments) > RANGES
-        rows = np.flatnonzero(known) if thin else np.arange(len(axis.segments))
-        part = PlanAxis(axis.segments, axis.start[rows], axis.end[rows], (), "", axis.travel)
-        bounds = np.where(known[rows, None], ranges[rows], np.nan)
-        x, low = _edges(part, bounds[:, 0])
-        _, high = _edges(part, bounds[:, 1])
+        rows = known if len(axis.segments) > RANGES else slice(None)
+        bounds = np.where(known[:, None], ranges, np.nan)
+        (x, low), (_, high) = (_edges(axis, bounds[:, side], rows) for side in (0, 1))
         ax.fill_between(x, low, high, color=blue, alpha=0.3, linewidth=0.6, label="possible")
     if (~np.isnan(force)).any():
         ax.plot(*_edges(axis, force), color=orange, linewidth=1.4, label="commanded")

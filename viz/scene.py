@@ -19,7 +19,7 @@ import numpy as np
 import umsgpack
 
 from gm_ompl.arrays import Array
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.solids import Body
 
 from . import palette
 from .animation import Animation
@@ -71,8 +71,11 @@ class SceneMessages:
 
 
 def visualizer(recorder: Recorder) -> Any:
-    """Return a ``meshcat.Visualizer`` whose messages ``recorder`` keeps."""
-    return meshcat.Visualizer(window=recorder)
+    """Return a ``meshcat.Visualizer`` before a pale sky, whose messages ``recorder`` keeps."""
+    view = meshcat.Visualizer(window=recorder)
+    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
+    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
+    return view
 
 
 def viewer_script() -> str:
@@ -91,8 +94,6 @@ def scene_messages(animation: Animation) -> SceneMessages:
     world.set_transform(similarity(scale, -scale * region.centre))
     for helper in ("/Grid", "/Axes"):
         view[helper].set_property("visible", False)
-    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
-    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
     _surroundings(world, animation, region)
     _body(world["object"], animation.problem.body)
     diagonal = animation.problem.body.diagonal
@@ -130,18 +131,15 @@ def _surroundings(world: Any, animation: Animation, region: View) -> None:
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             if part is not None:
-                _piece(world[f"obstacle{number}"], part, palette.OBSTACLE, 0.22)
+                node, middle = world[f"obstacle{number}"], part.vertices.mean(axis=0)
+                node.set_transform(_translation(middle))  # numbers are small wherever it lies
+                draw_piece(node, part.faces, part.vertices - middle, palette.OBSTACLE, 0.22)
                 number += 1
 
 
-def _piece(node: Any, piece: ConvexPiece, colour: int, opacity: float) -> None:
-    """Draw a convex piece and its edges, its numbers small wherever in the world it lies."""
-    middle = piece.vertices.mean(axis=0)
-    node.set_transform(_translation(middle))
-    corners = piece.vertices - middle
-    draw_solid(
-        node, triangles_of(piece.faces, corners), edges_of(piece.faces, corners), colour, opacity
-    )
+def draw_piece(node: Any, faces: Any, corners: Array, colour: int, opacity: float) -> None:
+    """Draw a convex piece, its faces given as rows of ``corners`` (v, 3), and its edges."""
+    draw_solid(node, triangles_of(faces, corners), edges_of(faces, corners), colour, opacity)
 
 
 def _body(node: Any, body: Body) -> None:
@@ -151,9 +149,7 @@ def _body(node: Any, body: Body) -> None:
         draw_solid(node, triangles, rims, palette.OBJECT, 0.84)
         return
     for k, piece in enumerate(body.pieces):
-        solid = triangles_of(piece.faces, piece.vertices)
-        edges = edges_of(piece.faces, piece.vertices)
-        draw_solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 0.84)
+        draw_piece(node[f"piece{k}"], piece.faces, piece.vertices, palette.OBJECT, 0.84)
 
 
 def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
