@@ -200,11 +200,7 @@ def _legend(ax: Any) -> None:
 
 
 def draw_execution(measured: Measurement, path: Path) -> None:
-    """Draw what an execution measured.
-
-    Args:
-        measured: what happened.
-        path: the file; its suffix names the format.
+    """Draw what an execution measured; the file's suffix names the format.
 
     Raises:
         InputError: another kind of file.

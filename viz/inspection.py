@@ -52,12 +52,7 @@ document.body.dataset.ready = "yes";
 
 
 def inspection_page(found: Inspection, text: str) -> str:
-    """Return the page: the shape as its file has it, then lying; offered faces carry a normal.
-
-    Args:
-        found: what is shown.
-        text: what stands beside it.
-    """
+    """Return the page: the shape as its file has it, then lying; offered faces carry a normal."""
     packed = [base64.b64encode(message).decode("ascii") for message in _messages(found)]
     return PAGE.format(
         title=escaped(found.scenario.name),

@@ -68,12 +68,7 @@ def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
 
 
 def marked(shown: Sequence[RunRecord], best: Mapping[str, float]) -> dict[str, str]:
-    """Return the tables of the runs, by the name of their marks.
-
-    Args:
-        shown: the runs.
-        best: proven optimal costs by scenario key.
-    """
+    """Return the tables of the runs by the name of their marks; ``best`` is by scenario key."""
     found = (table.markdown() for table in tables(shown, best))
     return dict(zip(("runs", "differences"), found, strict=True))
 
@@ -91,11 +86,7 @@ Write: TypeAlias = Callable[[Comparison, Path, Sequence[RunRecord], Mapping[str,
 def produce(name: str, design: Comparison, arguments: Sequence[str] | None, write: Write) -> int:
     """Make the runs of a page that are missing and have it written; return the exit code.
 
-    Args:
-        name: of the page in ``docs/``.
-        design: what is compared where the arguments say nothing else.
-        arguments: of the command line.
-        write: see ``Write``.
+    What the arguments of the command line do not say is as in ``design``.
     """
     parser = argparse.ArgumentParser(prog=f"python -m docs.tables.{name}")
     parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))

@@ -63,14 +63,7 @@ def _called(*words: object) -> None:
 
 
 def _section(name: str, images: Path, plan: Path, trace: Path) -> Iterator[str]:
-    """Yield the lines of one scenario's section, none without a plan; writes its images.
-
-    Args:
-        name: of the scenario.
-        images: the folder for them.
-        plan: where the plan is put.
-        trace: where the search's trace is put.
-    """
+    """Yield the lines of one scenario's section, none without a plan; writes its images."""
     stem = name.replace("/", "-")
     _called("plan", name, "--time-limit", TIME_LIMIT, "-o", plan)
     found = Plan.load(plan)

@@ -52,15 +52,7 @@ def measured(
     time_limit: float | None = None,
     repeat: bool = True,
 ) -> Measured:
-    """Measure a search in this process.
-
-    Args:
-        scenario: a shipped name, or a file.
-        heuristic: the planner's parameter.
-        overrides: "KEY=VALUE" changes of the scenario.
-        time_limit: of the search [s].
-        repeat: whether to solve twice and count the second time, compiled code being loaded.
-    """
+    """Measure a search in this process; where ``repeat`` holds, twice: the second time counts."""
     loaded = api.load(scenario, overrides)
     for _ in range(2 if repeat else 1):
         started = time.process_time()

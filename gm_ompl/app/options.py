@@ -16,14 +16,9 @@ from gm_ompl.errors import InputError
 
 
 def option(default: Any, text: str, metavar: str | None = None, *names: str, **more: Any) -> Any:
-    """Return a field that is an option.
+    """Return a field that is an option: with its default, ``...`` for none, and its help.
 
-    Args:
-        default: its value where it is not given; ``...`` where it must be given.
-        text: its help.
-        metavar: what its value is called.
-        names: other names than its own.
-        more: what typer may be told besides.
+    Its value is called ``metavar``; ``names`` are others than the field's.
     """
     return _field(default, typer.Option(*names, metavar=metavar, help=text, **more))
 

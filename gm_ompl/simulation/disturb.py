@@ -62,13 +62,8 @@ def instants(setup: Setup, count: int, rng: np.random.Generator) -> IntArray:
 def disturb(setup: Setup, fraction: float, count: int, seed: int) -> PulseReport:
     """Put ``count`` pulses on the execution, each on a fresh one.
 
-    Half go in the 76 directions in turn, half in random ones, at random times.
-
-    Args:
-        setup: the plan, made ready.
-        fraction: peak of each pulse over z.
-        count: number of pulses.
-        seed: of times and directions.
+    Half go in the 76 directions in turn, half in random ones, at random times; the peak of
+    each is ``fraction`` of z.
     """
     rng = np.random.default_rng(seed)
     when = instants(setup, count, rng)
@@ -86,13 +81,9 @@ def disturb(setup: Setup, fraction: float, count: int, seed: int) -> PulseReport
 def probe(setup: Setup, count: int) -> PulseReport:
     """Put ``count`` pulses on the execution, each on a fresh one, spread over the whole motion.
 
-    The motion is cut into ``count`` equal parts. In each the pulse comes where the least z is
-    claimed, or where more is claimed (at least z_min) than what is executed resists, in the
-    direction in which it resists least.
-
-    Args:
-        setup: the plan, made ready.
-        count: number of pulses; none comes in a part where z is infinite.
+    The motion is cut into ``count`` equal parts. In each, unless z is infinite there, the
+    pulse comes where the least z is claimed, or where more is claimed (at least z_min) than
+    what is executed resists, in the direction in which it resists least.
     """
     usable = np.flatnonzero((setup.timeline.phase == MOVE) & _finite(setup))
     places = [_doubtful(setup, part) for part in np.array_split(usable, count) if len(part)]
@@ -153,13 +144,7 @@ class Largest:
 
 
 def largest(setup: Setup, count: int, seed: int) -> tuple[Largest, ...]:
-    """Return the largest disturbances withstood at ``count`` random times.
-
-    Args:
-        setup: the plan, made ready.
-        count: number of times.
-        seed: of times and directions.
-    """
+    """Return the largest disturbances withstood at ``count`` random times."""
     rng, line = np.random.default_rng(seed), setup.timeline
     when = instants(setup, count, rng).tolist()
     disturber = Disturber(setup, when)

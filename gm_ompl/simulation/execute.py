@@ -40,12 +40,7 @@ class Setup:
 
 
 def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup:
-    """Make ``plan`` ready for the simulator.
-
-    Args:
-        plan: what to execute.
-        pace: how fast; None for the usual pace.
-        lean: as for ``schedule``.
+    """Make ``plan`` ready for the simulator, at the usual pace where none is given.
 
     Raises:
         InputError: the plan moves nothing, or its scenario cannot be simulated.
@@ -62,13 +57,10 @@ def execute(
     watch: Callable[[Player, int], None] | None = None,
     slack: float = 0.0,
 ) -> ExecutionReport:
-    """Play a plan back and judge what happened.
+    """Play a plan back, perhaps among other bodies than the scenario's, and judge what happened.
 
-    Args:
-        setup: the plan, made ready.
-        other: bodies other than the scenario's, for errors of the model.
-        watch: called with the player and every instant.
-        slack: what errors of the model excuse, as a share: of D in position, in rad in angle.
+    ``watch`` is called with the player and every instant; ``slack`` is what errors of the
+    model excuse, as a share: of D in position, in rad in angle.
 
     Raises:
         MissingExtraError: MuJoCo is not installed.
@@ -191,16 +183,10 @@ def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] =
 def vary(
     setup: Setup, share: float, count: int, seed: int, kinds: Sequence[str] = KINDS
 ) -> VariationReport:
-    """Execute a plan in ``count`` worlds that are off by up to ``share``.
+    """Execute a plan in ``count`` worlds whose ``kinds`` are off by up to ``share``.
 
-    Position and angle may be off by that much more than otherwise.
-
-    Args:
-        setup: the plan, made ready.
-        share: 0.03 for three per cent.
-        count: number of worlds, their seeds ``seed``, ``seed + 1``, ...
-        seed: of the first.
-        kinds: which of ``KINDS`` are off.
+    Their seeds are ``seed``, ``seed + 1``, ... Position and angle may be off by that much more
+    than otherwise.
     """
     runs = {
         number: execute(setup, errant_world(setup, share, number, kinds), slack=share)

@@ -18,12 +18,7 @@ POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
 
 def table(plan: Plan, pace: Pace | None = None, rate: float = 100.0) -> str:
-    """Return the plan over time as CSV with a commented header.
-
-    Args:
-        plan: what to execute.
-        pace: how fast; None for the usual pace.
-        rate: rows per second.
+    """Return the plan over time as CSV with a commented header, ``rate`` rows per second.
 
     Raises:
         InputError: the plan moves nothing, or ``rate`` is no rate.

@@ -29,12 +29,7 @@ pyramids inside the friction cones."""
 class Measurement:
     """A recording beside its timeline, in the scenario's units; K rows.
 
-    Args:
-        plan: what was executed.
-        problem: its scenario.
-        player: what executed it.
-        recording: what happened.
-        window: time over which forces are averaged [s].
+    Forces are averaged over ``window`` [s].
     """
 
     def __init__(

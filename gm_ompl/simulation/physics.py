@@ -63,15 +63,10 @@ def _unheard(_: str) -> None:
 class Physics:
     """A world in motion.
 
-    The object is free; the fingertips are free spheres that are pushed by forces and turned by
-    decree. Fingertips touch the object alone: that their way is clear of everything else is the
-    planner's business.
-
-    Args:
-        world: the bodies.
-        position: (3,), where the object starts.
-        quaternion: (4,), its orientation (w, x, y, z).
-        centres: (n, 3), where the fingertips start.
+    The object is free and begins at ``position`` (3,), turned by ``quaternion`` (w, x, y, z);
+    the fingertips, from ``centres`` (n, 3) on, are free spheres that are pushed by forces and
+    turned by decree. They touch the object alone: that their way is clear of everything else
+    is the planner's business.
     """
 
     def __init__(self, world: World, position: Array, quaternion: Array, centres: Array) -> None:
@@ -151,13 +146,7 @@ class Physics:
 
     @contextmanager
     def camera(self, look_at: Array, width: int, height: int) -> Iterator[Any]:
-        """Give a function that returns the present view, (height, width, 3) bytes.
-
-        Args:
-            look_at: (3,), the middle of the picture.
-            width: in pixels.
-            height: in pixels.
-        """
+        """Give a function that returns the view of ``look_at``, (height, width, 3) bytes."""
         view = self._mujoco.MjvCamera()
         view.lookat[:] = look_at
         view.distance, view.azimuth, view.elevation = 3.2 * self.world.size, 125.0, -20.0

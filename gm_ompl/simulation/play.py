@@ -45,10 +45,7 @@ class Servo:
     def forces(self, k: int, centres: Array, velocities: Array) -> Array:
         """Return the forces (n, 3) on the fingertips [N] at instant ``k``.
 
-        Args:
-            k: number of the instant.
-            centres: (n, 3), where the fingertips are.
-            velocities: (n, 3), likewise.
+        The fingertips are at ``centres`` (n, 3) and move with ``velocities`` (n, 3).
         """
         line, n = self._line, self._line.normal[k]
         error, slower = line.centre[k] - centres, line.velocity[k] - velocities
@@ -105,13 +102,7 @@ class Snapshot:
 
 
 class Player:
-    """Plays a timeline in a world.
-
-    Args:
-        timeline: what is to happen, scenario's units, its time step ``STEP``.
-        units: from the scenario's to the simulator's.
-        world: where it happens, SI units.
-    """
+    """Plays a timeline (scenario's units, time step ``STEP``) in a world (SI units)."""
 
     def __init__(self, timeline: Timeline, units: Units, world: World) -> None:
         self.timeline, self.units, self.world = timeline, units, world
@@ -137,12 +128,9 @@ class Player:
         wrench: Wrench | None = None,
         watch: Callable[[int], None] | None = None,
     ) -> Recording:
-        """Play on to an instant (default: to the end).
+        """Play on to the end or before ``until``; beyond the end the last command is held.
 
-        Args:
-            until: the instant to stop before; beyond the end, the last command is held.
-            wrench: a disturbance.
-            watch: called with every instant, after its step.
+        ``wrench`` is a disturbance; ``watch`` is called with every instant, after its step.
         """
         until = len(self.timeline) if until is None else until
         rows, places, tips, forces = [], [], [], []

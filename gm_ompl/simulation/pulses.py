@@ -107,12 +107,7 @@ def direction_name(direction: int) -> str:
 
 
 class Disturber:
-    """Puts pulses on an execution that has been played once without them.
-
-    Args:
-        setup: the plan, made ready.
-        instants: where pulses may begin.
-    """
+    """Puts pulses, from any of ``instants`` on, on an execution once played without them."""
 
     def __init__(self, setup: Setup, instants: Sequence[int]) -> None:
         self._setup, self._player = setup, setup.player()

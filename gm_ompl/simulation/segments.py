@@ -56,11 +56,7 @@ def planned_segments(number: int, step: DisplacementStep) -> Run:
 
 
 def runs(plan: Plan, corners: Array) -> list[Run | NumberedRegrasp]:
-    """Cut ``plan`` into runs and regrasps.
-
-    Args:
-        plan: its steps fit its scenario.
-        corners: (m, 3), of the object, object frame.
+    """Cut ``plan`` into runs and regrasps; ``corners`` (m, 3) are the object's, object frame.
 
     Raises:
         InputError: the plan has no displacement.

@@ -115,12 +115,9 @@ class Timeline:
         return seconds
 
     def scaled(self, length: float, force: float, offset: Array) -> Timeline:
-        """Return the timeline in SI units.
+        """Return the timeline in SI units: ``length`` metres and ``force`` newtons per unit.
 
-        Args:
-            length: metres per unit of length.
-            force: newtons per unit of force.
-            offset: (n, 3), added to the fingertips' places, object frame [m].
+        The fingertips' places are off by ``offset`` (n, 3), object frame [m].
         """
         moved = length * self.centre + np.einsum("tij,nj->tni", self.rotation, offset)
         lengths = {name: length * getattr(self, name) for name in ("position", "press")}
@@ -162,10 +159,7 @@ class Timeline:
     def inertia_wrench(self, mass: float, inertia: Array, length: float) -> Array:
         """Return (T, 6), the wrench that moving like this takes, about the centre, object frame.
 
-        Args:
-            mass: M [kg].
-            inertia: (3, 3), J [kg m^2].
-            length: metres per unit of length of this timeline.
+        ``mass`` is M [kg], ``inertia`` (3, 3) is J [kg m^2], ``length`` is metres per unit.
         """
         acceleration = length * _rate(_rate(self.position, self.dt), self.dt)
         force = mass * np.einsum("tji,tj->ti", self.rotation, acceleration)

@@ -156,10 +156,7 @@ def varied(
 def lifted(errant: World, nominal: World, rotation: Array) -> World:
     """Return ``errant`` with its object raised or lowered so that it stands as the planned one.
 
-    Args:
-        errant: a world with an object of another size.
-        nominal: the world as modelled.
-        rotation: (3, 3), object to world at the start.
+    Its size is another; ``rotation`` (3, 3) takes object to world at the start.
     """
     down = rotation[2]
     lowest = [float((np.concatenate(w.pieces) @ down).min()) for w in (errant, nominal)]

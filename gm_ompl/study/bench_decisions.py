@@ -60,14 +60,7 @@ def searched(
 
 
 def timed(search: Searched, most: int, with_highs: int, repeat: int) -> Times:
-    """Time decisions of a search.
-
-    Args:
-        search: where they come from.
-        most: decisions drawn for the kernel.
-        with_highs: of these, how many HiGHS makes too.
-        repeat: passes of the kernel over the decisions.
-    """
+    """Time ``most`` decisions of a search, ``repeat`` times, and ``with_highs`` by HiGHS too."""
     drawn = spread(search.asked, most)
     passes = [_kernel_pass(search, drawn) for _ in range(repeat)]
     kernel = np.median([times for times, _ in passes], axis=0).tolist() if drawn else []

@@ -56,13 +56,7 @@ def hard_time_limit(limits: Limits) -> float:
 
 
 def excess(limits: Limits, elapsed: float, pid: int) -> str:
-    """Return which limit a run has passed by far, or an empty string.
-
-    Args:
-        limits: of the run.
-        elapsed: wall time since its start [s].
-        pid: of its process.
-    """
+    """Return which limit a run has passed by far after ``elapsed`` [s], or an empty string."""
     if elapsed > hard_time_limit(limits):
         return "timeout"
     limit = math.inf if limits.memory_mb is None else MEMORY_GRACE * limits.memory_mb * MEGABYTE

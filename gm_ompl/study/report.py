@@ -43,11 +43,7 @@ th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left }
 
 
 def report_html(records: Sequence[RunRecord], optima: Mapping[str, float]) -> str:
-    """Return the page.
-
-    Args:
-        records: the runs.
-        optima: proven optimal costs by scenario key.
+    """Return the page of the runs; ``optima`` are proven optimal costs by scenario key.
 
     Raises:
         MissingExtraError: plotly is not installed.
@@ -255,11 +251,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
     """Return the page: history of the trials, importance of the parameters, and the gains.
-
-    Args:
-        tuned: what was found.
-        measures: of the objective, in the order of the trials' values.
-        title: of the page.
 
     Raises:
         MissingExtraError: plotly is not installed.

@@ -88,10 +88,7 @@ def _logs(name: str, runs: Sequence[RunRecord], reference: Reference) -> dict[st
 def score(name: str, runs: Sequence[RunRecord], base: Sequence[RunRecord]) -> float:
     """Return the geometric mean of a measure over runs.
 
-    Args:
-        name: of the measure.
-        runs: what is scored.
-        base: the same runs with the defaults, which costs are taken relative to.
+    Costs are relative to ``base``, the same runs with the defaults.
     """
     logs = _logs(name, runs, _references(base))
     return math.exp(float(np.mean(np.concatenate(list(logs.values()))))) if logs else 1.0

@@ -47,12 +47,7 @@ class _Run:
 
 @final
 class Server:
-    """Forks runs, watches them, and tells how they ended.
-
-    Args:
-        source: file descriptor of the requests.
-        sink: file descriptor of the answers.
-    """
+    """Forks runs as ``source`` asks, watches them, and tells ``sink`` how they ended."""
 
     def __init__(self, source: int, sink: int) -> None:
         self._source, self._sink = source, sink

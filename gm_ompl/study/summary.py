@@ -79,12 +79,7 @@ def family(scenario: str) -> str:
 
 
 def grouped(records: Sequence[RunRecord], group: Callable[[str], str] = family) -> Groups:
-    """Return the runs by group of scenarios and planner, in the order of first runs.
-
-    Args:
-        records: the runs.
-        group: gives a scenario's group; its random family where it has one.
-    """
+    """Return the runs by group of scenarios and planner, in the order of first runs."""
     groups: Groups = {}
     for record in records:
         groups.setdefault(group(record.scenario), {}).setdefault(record.planner, []).append(record)
@@ -220,11 +215,8 @@ def difference(a: Samples, b: Samples, statistic: Statistic) -> Interval:
 def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Statistic) -> Interval:
     """Return what ``difference`` does, for samples that come in pairs, one pair per scenario.
 
-    Whole pairs are drawn anew: what two planners share is how hard the scenarios are.
-
-    Args:
-        pairs: of shapes (m_i,) and (n_i,), not empty; may hold +inf.
-        statistic: along the last axis.
+    Whole pairs, neither sample empty, are drawn anew: what two planners share is how hard the
+    scenarios are.
     """
     if not pairs:
         return None, None, None

@@ -50,11 +50,7 @@ class Task:
         return _hash(self.scenario)
 
     def key(self, code: str | None = None) -> str:
-        """Return a hash of everything that decides what the run finds.
-
-        Args:
-            code: the code's version; that of the installed code where None.
-        """
+        """Return a hash of everything that decides what the run finds, the code included."""
         return _hash({**self.to_dict(), "code": code or code_version()})
 
     def to_dict(self) -> Json:
