@@ -12,14 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.planfile.arcs import arc_of
-from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.reference.stability import DIRECTIONS, resistances
 from gm_ompl.simulation.balance import statics_at
 from gm_ompl.simulation.execute import Setup
 from gm_ompl.simulation.measure import MOVE
 from gm_ompl.simulation.pulses import Disturber, PulseReport, direction_name
-from gm_ompl.simulation.segments import commanded
+from gm_ompl.simulation.segments import commanded, planned_segments
 from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.simulation.world import force_unit
 
@@ -114,11 +112,11 @@ def _doubtful(setup: Setup, part: IntArray) -> tuple[int, int]:
 def resisted(setup: Setup, instant: int) -> Array:
     """Return z_i, (76,), of what is executed at an instant of motion, over ``Statics.scale``."""
     line, problem = setup.timeline, setup.problem
-    step, k = setup.plan.steps[int(line.step[instant])], int(line.segment[instant])
-    assert isinstance(step, DisplacementStep)
-    middle = arc_of(step).middles(len(step.segments))[k]
-    model = statics_at(problem, middle, step.placements, range(problem.fingers.count))
-    force, f_com = commanded(step.segments[k])
+    number = int(line.step[instant])
+    segment = planned_segments(number, setup.plan.steps[number])[int(line.segment[instant])]
+    fingers = range(problem.fingers.count)
+    model = statics_at(problem, segment.part.middle, segment.placements, fingers)
+    force, f_com = commanded(segment.record)
     return resistances(model, np.where(force, f_com / model.scale, model.f_max), force)
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.simulation.measure import Measurement
+from gm_ompl.simulation.measure import Allowed, ExecutionReport, Measurement
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
-from gm_ompl.simulation.report import Allowed, ExecutionReport
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import Pace, Timeline
 from gm_ompl.simulation.world import KINDS, Units, World, lifted, varied, world

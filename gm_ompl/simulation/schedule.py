@@ -15,15 +15,7 @@ from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.segments import Run, commanded, runs
-from gm_ompl.simulation.timeline import (
-    PHASES,
-    Pace,
-    Timeline,
-    between,
-    joined,
-    progress,
-    ramp,
-)
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, between, joined, progress, ramp
 from gm_ompl.simulation.transit import TOUCHING, Transit
 from gm_ompl.simulation.world import force_unit
 
