@@ -25,26 +25,19 @@ from gm_ompl.problem import Problem
 from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.transit import Transit
 
-ARC_SECONDS: Final = 0.35
-"""Duration of a displacement step of a short plan at speed 1 [s]."""
+ARC_SECONDS: Final = 0.35  # duration of a displacement step of a short plan at speed 1 [s]
 
 LONGEST_DISPLACEMENT: Final = 20.0
 """All displacements together last at most this long at speed 1 [s]."""
 
-REGRASP_SECONDS: Final = 2.0
-"""Duration of a regrasping step at speed 1 [s]."""
+REGRASP_SECONDS: Final = 2.0  # duration of a regrasping step at speed 1 [s]
 
 TURN: Final = np.deg2rad(2.0)
 """Between two stored poses the object turns at most this much [rad]; a viewer interpolates."""
 
-POSES: Final = 30
-"""At most this many poses are stored per segment."""
-
-HEIGHT: Final = 0.1
-"""How far a finger is lifted where it can be [D]: enough to be seen."""
-
-TRANSIT_POINTS: Final = 50
-"""Points stored of a finger's way from one placement to the next, about."""
+POSES: Final = 30  # at most this many poses are stored per segment
+HEIGHT: Final = 0.1  # how far a finger is lifted where it can be [D]: enough to be seen
+TRANSIT_POINTS: Final = 50  # points stored of a finger's way from one placement to the next, about
 
 MODE_LETTERS: Final = {"position": "P", "force": "F", None: "L"}
 """How control modes are written; a lifted finger has none."""

@@ -25,11 +25,8 @@ from .scene import (
 COLOURS: Final = (0x4C78A8, 0xF58518, 0x54A24B, 0xE45756, 0x72B7B2, 0xB279A2, 0xEECA3B, 0x9D755D)
 """Colours of the pieces, in turn."""
 
-LYING: Final = 6
-"""Resting poses that are drawn, beside the shape as its file has it."""
-
-GAP: Final = 1.3
-"""Distance between them, in D."""
+LYING: Final = 6  # resting poses that are drawn, beside the shape as its file has it
+GAP: Final = 1.3  # distance between them, in D
 
 PAGE: Final = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">

@@ -24,8 +24,7 @@ COLOURS: Final = (
     "position", "force", "lifted", "object", "obstacle", "static", "sliding", "margin",
 )  # fmt: skip
 """What the page's style sheet asks for."""
-RIBBON: Final = 12.0
-"""Height of the ribbon of control modes above a finger's forces."""
+RIBBON: Final = 12.0  # height of the ribbon of control modes above a finger's forces
 
 
 def _bands(animation: Animation) -> Iterator[str]:

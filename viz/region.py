@@ -16,8 +16,7 @@ from gm_ompl.geometry.solids import ConvexPiece, hull
 
 from .animation import Animation
 
-MARGIN: Final = 0.35
-"""Room around everything that moves, in D."""
+MARGIN: Final = 0.35  # room around everything that moves, in D
 
 
 @dataclass(frozen=True, eq=False)

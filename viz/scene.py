@@ -34,11 +34,8 @@ with warnings.catch_warnings():
 VIEW_SIZE: Final = 3.0
 """Diagonal of the region in meshcat's units; its camera and lights are made for a few units."""
 
-ARROW: Final = 0.5
-"""Length of an arrow's shaft at f_max, in D."""
-
-FIELD_OF_VIEW: Final = 40.0
-"""Vertical field of view of the camera [deg]."""
+ARROW: Final = 0.5  # length of an arrow's shaft at f_max, in D
+FIELD_OF_VIEW: Final = 40.0  # vertical field of view of the camera [deg]
 
 
 class Recorder:

@@ -14,11 +14,8 @@ from gm_ompl.planfile.model import PlacementRecord
 from .animation import Animation, ShownSegment
 from .scene import SceneMessages
 
-DIGITS: Final = 12
-"""Significant digits of lengths and quaternions."""
-
-PER_THRESHOLD: Final = 20.0
-"""The gauge of z ends at most at this many times z_min."""
+DIGITS: Final = 12  # significant digits of lengths and quaternions
+PER_THRESHOLD: Final = 20.0  # the gauge of z ends at most at this many times z_min
 
 
 def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:

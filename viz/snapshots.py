@@ -18,15 +18,11 @@ from .animation import Animation, ShownSegment
 from .canvas import new_figure, title
 from .region import View, clipped, neighbourhood, viewpoint
 
-MOST: Final = 12
-"""At most this many moments are drawn; of more regrasps the first are shown."""
+MOST: Final = 12  # at most this many moments are drawn; of more regrasps the first are shown
 
 COLUMNS: Final = 4
-CELL: Final = 1.75
-"""Width and height of one picture [inch]."""
-
-ARROW: Final = 0.45
-"""Length of an arrow at f_max, in D."""
+CELL: Final = 1.75  # width and height of one picture [inch]
+ARROW: Final = 0.45  # length of an arrow at f_max, in D
 
 LIGHT: Final = unit([0.4, -0.5, 0.8])
 

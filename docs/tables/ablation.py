@@ -19,8 +19,7 @@ from gm_ompl.study.report import number
 
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/cork", "paper/regrasp")
 HEURISTICS = (("none", "none"), ("travel", "(11)"), ("lanes", "lanes"))
-LIMIT = 3600.0
-"""Wall time per search [s]."""
+LIMIT = 3600.0  # wall time per search [s]
 
 SEGMENTS = (15, 30, 60, 120, 240)
 GRIDS = (3, 5, 7, 9, 13)
@@ -35,13 +34,11 @@ SCALED = ("paper/tumble", "paper/regrasp")
 HELD_OUT = [(family, seed) for family in ("tumble", "regrasp") for seed in range(6)]
 """Random scenarios, of other sizes, masses, frictions, limits and walls, two or three fingers."""
 HELD_OUT_GRIDS = (7, 9)
-HELD_OUT_LIMIT = 60.0
-"""Wall time per search [s]."""
+HELD_OUT_LIMIT = 60.0  # wall time per search [s]
 ALLOWED = {"tumble": 1.0 / 1_335_201, "regrasp": 5.0 / 1_335_201}
 """What a node of the paper's problem may cost [s]."""
 
-WORK = ("expanded", "decisions", "seconds")
-"""What a search took, and the heads of its columns."""
+WORK = ("expanded", "decisions", "seconds")  # what a search took, and the heads of its columns
 WORK_HEAD = ("expanded", "mode decisions", "CPU s")
 
 

@@ -17,11 +17,8 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text
 
-TIME_LIMIT: Final = 120.0
-"""A scenario that is not solved within this time is left out [s]."""
-
-SEARCH_OF: Final = "paper/regrasp"
-"""The scenario whose searches are shown."""
+TIME_LIMIT: Final = 120.0  # a scenario that is not solved within this time is left out [s]
+SEARCH_OF: Final = "paper/regrasp"  # the scenario whose searches are shown
 
 SEARCHES: Final = {
     "astar": "what was expanded, where, when and why; the bound rises until it meets the cost",

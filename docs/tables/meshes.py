@@ -38,8 +38,7 @@ WHEELS = {
 
 OFFER = re.compile(r"(bodies|weld|simplify|convex): (all|hull|decompose|\[\d+\]|[\d.e+-]+)")
 
-PLAN_S = 10.0
-"""The time that HybridRRTConnect has."""
+PLAN_S = 10.0  # the time that HybridRRTConnect has
 
 HEAD = (
     "mesh", "triangles", "as it is", "with", "pieces", "deviation", "loaded in s", "planned in s",

@@ -27,12 +27,9 @@ DESIGN = Comparison(
     families=(),
     planners=tuple(name for name in PLANNERS if name != "dijkstra"),
 )
-PICTURE = Path("images/planners.svg")
-"""Beside the page."""
-LINES = ("-", "--", ":")
-"""A colour alone does not tell a dozen planners apart for everybody."""
-EARLIEST_S = 0.01
-"""Where the curves' axis of time begins [s]."""
+PICTURE = Path("images/planners.svg")  # beside the page
+LINES = ("-", "--", ":")  # a colour alone does not tell a dozen planners apart for everybody
+EARLIEST_S = 0.01  # where the curves' axis of time begins [s]
 
 
 def rates(shown: Sequence[RunRecord], best: Mapping[str, float]) -> str:

@@ -29,8 +29,7 @@ READINGS = (
     ("swapped: fingers 1.2, environment 0.15",
      ("friction.finger=1.2", "friction.environment=0.15")),
 )  # fmt: skip
-F_MAX = 3.0
-"""The cork scenario's limit [N]."""
+F_MAX = 3.0  # the cork scenario's limit [N]
 
 
 def results() -> Iterator[tuple[object, ...]]:

@@ -23,8 +23,7 @@ from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.study.report import number, table
 
-LIMIT = 30.0
-"""Wall time per search and per run [s]."""
+LIMIT = 30.0  # wall time per search and per run [s]
 
 SEEDS = 10
 SAMPLER = "HybridRRTConnect"

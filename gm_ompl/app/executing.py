@@ -19,8 +19,7 @@ from gm_ompl.simulation.timeline import Pace
 from gm_ompl.simulation.video import Film
 from gm_ompl.writing import plain, write_text
 
-ENOUGH = 0.95
-"""Share of the trials that must succeed."""
+ENOUGH = 0.95  # share of the trials that must succeed
 
 
 def execute_command(request: ExecuteVerb) -> Exit:

@@ -80,14 +80,12 @@ def read_coordinates(text: str) -> list[float]:
     return values
 
 
-MOST_LINES = 39
-"""What an explanation has at most; ``--json`` has all of it."""
+MOST_LINES = 39  # what an explanation has at most; ``--json`` has all of it
 FACES_SHOWN = 4
 CONTACTS_SHOWN = 8
 STRETCHES_SHOWN = 6
 MODES_SHOWN = 4
-WIDEST = 240
-"""Characters of a line at most."""
+WIDEST = 240  # characters of a line at most
 
 
 def lines(explanation: Explanation) -> list[str]:

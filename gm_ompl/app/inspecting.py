@@ -14,8 +14,7 @@ from gm_ompl.geometry.solids import volume
 from gm_ompl.scenario.inspection import Inspection, inspect
 from gm_ompl.writing import write_text
 
-SHOWN = 12
-"""Resting poses, pieces and faces that are listed at most."""
+SHOWN = 12  # resting poses, pieces and faces that are listed at most
 
 
 def inspect_command(request: InspectVerb) -> Exit:

@@ -31,8 +31,7 @@ from gm_ompl.study.tuning import OBJECTIVES, Design, Tuned, tune
 from gm_ompl.study.workers import Executor
 from gm_ompl.writing import write_text
 
-EVERY = 3
-"""Where no scenario is held out by name, every third is."""
+EVERY = 3  # where no scenario is held out by name, every third is
 
 
 @contextmanager

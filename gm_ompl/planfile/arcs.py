@@ -19,8 +19,7 @@ from gm_ompl.planfile.record import (
     Turn,
 )
 
-ROUNDING = 1e-12
-"""What a quaternion in a file may have rounded away."""
+ROUNDING = 1e-12  # what a quaternion in a file may have rounded away
 
 
 def arc_record(arc: Arc) -> ArcRecord:

@@ -18,17 +18,10 @@ from gm_ompl.problem import Problem
 from gm_ompl.reading import read_text
 from gm_ompl.scenario.scenario import Scenario
 
-LARGEST = 1e30
-"""Products of a few such numbers are still finite."""
-
-UNIT = 1e-3
-"""By how much the length of a unit vector may be off: what is drawn looks right."""
-
-OUTSIDE = 1e-6
-"""How far a coordinate may lie outside, over its range."""
-
-TURNS = 1e4
-"""So many periods a coordinate that wraps may be unwrapped."""
+LARGEST = 1e30  # products of a few such numbers are still finite
+UNIT = 1e-3  # by how much the length of a unit vector may be off: what is drawn looks right
+OUTSIDE = 1e-6  # how far a coordinate may lie outside, over its range
+TURNS = 1e4  # so many periods a coordinate that wraps may be unwrapped
 
 
 def problem_of(plan: Plan) -> Problem:

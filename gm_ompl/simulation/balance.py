@@ -23,8 +23,7 @@ from gm_ompl.reference import highs
 from gm_ompl.reference.program import LinearProgram, LpStatus
 from gm_ompl.reference.statics import Statics, statics
 
-THRIFT = 1e-3
-"""Weight of the sum of all forces against the depth in the cones: settles ties alone."""
+THRIFT = 1e-3  # weight of the sum of all forces against the depth in the cones: settles ties alone
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,26 +21,19 @@ from gm_ompl.simulation.segments import commanded, planned_segments
 from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.simulation.world import force_unit
 
-STEADY = 1e6
-"""A margin above this many times the force unit is no number to scale a pulse by."""
-
-PROBED = 0.8
-"""Strength of the pulses where z is least, of the z l_i that the plan claims to resist."""
-
-LOOKS = 4
-"""Places looked at in each part of the motion, beside the one that claims least."""
+STEADY = 1e6  # a margin above this many times the force unit is no number to scale a pulse by
+PROBED = 0.8  # strength of the pulses where z is least, of the z l_i that the plan claims to resist
+LOOKS = 4  # places looked at in each part of the motion, beside the one that claims least
 
 DOUBT = 0.99
 """A place is taken before an earlier one if it resists less than this of that one's share."""
 
-ALIKE = 1e-6
-"""Resistances that differ by less, relatively, are equal: the first direction is taken."""
+ALIKE = 1e-6  # resistances that differ by less, relatively, are equal: the first direction is taken
 
 LADDER = (0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """Strengths tried in turn for the largest withstood, over z."""
 
-AROUND = 19
-"""Directions in which each of them is tried: a quarter of the 76."""
+AROUND = 19  # directions in which each of them is tried: a quarter of the 76
 
 
 def _finite(setup: Setup) -> BoolArray:

@@ -21,8 +21,7 @@ from gm_ompl.writing import plain
 
 MOVE = PHASES.index("move")
 
-FAINT = 0.001
-"""A normal force below this, of the object's weight, is no contact."""
+FAINT = 0.001  # a normal force below this, of the object's weight, is no contact
 
 LOOSE = 0.05
 """Play around the statical range of a normal force, of the object's weight: the range is that of

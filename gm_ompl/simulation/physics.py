@@ -15,11 +15,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.simulation.world import World
 
-STEP = 5e-4
-"""Time step [s]: a sixteenth of the period of a finger on its servo."""
-
-TIP_MASS = 0.1
-"""What a servo moves: a fingertip and its share of the finger [kg]."""
+STEP = 5e-4  # time step [s]: a sixteenth of the period of a finger on its servo
+TIP_MASS = 0.1  # what a servo moves: a fingertip and its share of the finger [kg]
 
 TIP_INERTIA = 1.0
 """So large that a fingertip turns as it is told, whatever the contact does [kg m^2]."""
@@ -31,8 +28,7 @@ IMPEDANCE = "0.2 0.9 0.0005 0.5 2"
 """Contacts yield softly at first and are rigid from half a millimetre on. A sliding contact that is
 rigid from the beginning hops: the solver's friction pushes it up, off, and it falls back."""
 
-SLIP_SWEEPS = 10
-"""Sweeps of the solver that removes the creep of static contacts."""
+SLIP_SWEEPS = 10  # sweeps of the solver that removes the creep of static contacts
 
 FRICTION_RATIO = 1.0
 """Friction is held as stiffly as normal forces; what creeps is the sweeps' to remove."""

@@ -16,8 +16,7 @@ STIFFNESS = 2e3
 """Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.45 mm. Contacts are
 thirty times as stiff; a finger as stiff as they are would lose its lean where they give way."""
 
-DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5
-"""Critical [N s/m]."""
+DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5  # critical [N s/m]
 
 YIELDING = 2.0
 """Damping along the normal under force control [N s/m]: little, the force is what counts."""
@@ -74,8 +73,7 @@ class Servo:
         self.offset = np.where(forced | line.landing[k], bumpless, fading * self.offset)
 
 
-EVERY = 4
-"""Steps between two rows of a recording: 2 ms."""
+EVERY = 4  # steps between two rows of a recording: 2 ms
 
 Wrench = Callable[[int, Array], Array | None]
 """Disturbance at an instant, given the object's quaternion: (6,), world frame [N, N m]."""

@@ -21,14 +21,9 @@ from gm_ompl.writing import plain
 RISE, HOLD = 0.1, 0.1
 """A pulse rises as a raised cosine, stays, and falls likewise, in these times [s]."""
 
-PULSE = 2.0 * RISE + HOLD
-"""Its length [s]."""
-
-REST = 0.3
-"""Time after the pulse until the object must be back [s]."""
-
-BACK = 0.01
-"""How near it must be, every corner, to where it would be without the pulse [D]."""
+PULSE = 2.0 * RISE + HOLD  # its length [s]
+REST = 0.3  # time after the pulse until the object must be back [s]
+BACK = 0.01  # how near it must be, every corner, to where it would be without the pulse [D]
 
 STILL = 0.001
 """Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""

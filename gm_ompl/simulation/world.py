@@ -17,14 +17,9 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
 from gm_ompl.problem import Problem
 
-SIZE = 0.0172**0.5
-"""D of the cork box, 60 x 60 x 100 mm [m]."""
-
-MASS = 0.092
-"""M of the cork box [kg]."""
-
-GRAVITY = 9.8
-"""The paper's [m/s^2]."""
+SIZE = 0.0172**0.5  # D of the cork box, 60 x 60 x 100 mm [m]
+MASS = 0.092  # M of the cork box [kg]
+GRAVITY = 9.8  # the paper's [m/s^2]
 
 
 @dataclass(frozen=True)
@@ -105,8 +100,7 @@ def world(problem: Problem, units: Units) -> World:
     )
 
 
-KINDS = ("friction", "mass", "size", "place")
-"""What a model may be wrong in."""
+KINDS = ("friction", "mass", "size", "place")  # what a model may be wrong in
 
 
 def varied(

@@ -28,11 +28,8 @@ Json: TypeAlias = dict[str, Any]
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp")
 SEARCHES = ("astar", "dijkstra")
 
-DRAWN = 1000
-"""Decisions drawn per search for the kernel."""
-
-SAMPLED_NODES = 400
-"""Nodes on which arcs are counted; the mean stands for all."""
+DRAWN = 1000  # decisions drawn per search for the kernel
+SAMPLED_NODES = 400  # nodes on which arcs are counted; the mean stands for all
 
 _SHARES = {
     "geometry": ("geometry", "contact", "motion"),

@@ -25,17 +25,13 @@ from gm_ompl.study.workers import ATTEMPTS, Executor, LocalExecutor, Outcome
 LOCAL, DASK = "local", "dask://"
 """What users write for an executor; the second goes before an address."""
 
-RECONNECT_S = 120.0
-"""How long a lost scheduler is waited for [s]."""
-
-CONNECT_S = 10.0
-"""How long one attempt to connect takes at most [s]."""
+RECONNECT_S = 120.0  # how long a lost scheduler is waited for [s]
+CONNECT_S = 10.0  # how long one attempt to connect takes at most [s]
 
 LOST = (OSError, TimeoutError, concurrent.futures.CancelledError)
 """How a lost scheduler shows itself; distributed's own closed connections are OSErrors."""
 
-_here = threading.local()
-"""On a worker, per thread, its executor."""
+_here = threading.local()  # on a worker, per thread, its executor
 
 
 def remote_run(tree: dict[str, Any], code: str) -> Outcome:

@@ -31,8 +31,7 @@ COLOURS = (
 )  # fmt: skip
 """Told apart by readers with any kind of colour vision."""
 
-TIMES = 200
-"""Points in time at which curves of cost are drawn."""
+TIMES = 200  # points in time at which curves of cost are drawn
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em }

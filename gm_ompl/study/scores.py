@@ -16,11 +16,8 @@ import numpy as np
 from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import RESAMPLES, SEED, Samples, ends
 
-PENALTY = 10.0
-"""A run without a plan counts as this many times what it had spent, or as this cost."""
-
-LEAST_S = 1e-4
-"""Times below this are noise [s]."""
+PENALTY = 10.0  # a run without a plan counts as this many times what it had spent, or as this cost
+LEAST_S = 1e-4  # times below this are noise [s]
 
 
 @dataclass(frozen=True)

@@ -108,8 +108,7 @@ def _told(task: Task) -> dict[str, Any]:
     return {**told, "compiled": pack(compiled_versions() - before)}
 
 
-TICK = 0.05
-"""How often limits are looked at [s]."""
+TICK = 0.05  # how often limits are looked at [s]
 
 COLD_TRIES = 3
 """A run that had to load compiled code is made again at most until this many have been made."""

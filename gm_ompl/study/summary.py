@@ -16,8 +16,7 @@ from gm_ompl.study.store import RunRecord
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
-SEED = 0
-"""Of the resampling: the same runs give the same intervals."""
+SEED = 0  # of the resampling: the same runs give the same intervals
 
 FAMILY = re.compile(r"(random/[^/]+)/\d+")
 """Scenarios drawn at random are taken together: each is one draw from its family."""

@@ -35,12 +35,10 @@ OBJECTIVES: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """What may be asked for, and the measures that are then made small."""
 
-FRESH = 1_000_000
-"""Held-out runs have seeds from here on: no trial was chosen by them."""
+FRESH = 1_000_000  # held-out runs have seeds from here on: no trial was chosen by them
 
 Values: TypeAlias = dict[str, Value]
-Watch: TypeAlias = Callable[[int, int], None]
-"""Called with (trials finished, trials in all)."""
+Watch: TypeAlias = Callable[[int, int], None]  # called with (trials finished, trials in all)
 
 
 @dataclass(frozen=True, eq=False)
