@@ -164,9 +164,12 @@ def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: 
         polygonOffsetUnits=1,
     )
     node["solid"].set_object(mesh, material)
-    lines = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
-    ink = palette.OBSTACLE if see_through else palette.EDGE
-    node["edges"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=ink)))
+    node["edges"].set_object(_lines(edges, palette.OBSTACLE if see_through else palette.EDGE))
+
+
+def _lines(edges: Array, colour: int) -> Any:
+    points = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
+    return g.LineSegments(points, g.LineBasicMaterial(color=colour))
 
 
 def _contact_marker(node: Any, diagonal: float) -> None:
@@ -179,21 +182,21 @@ def _contact_marker(node: Any, diagonal: float) -> None:
 
 def _fingertip(node: Any, radius: float, diagonal: float) -> None:
     """Draw the three looks of a fingertip; its z axis points into the object."""
-    position, force, lifted = (node[name] for name in ("position", "force", "lifted"))
-    ball = g.Sphere(radius)
-    position["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.POSITION))
+    paint = {
+        "position": g.MeshLambertMaterial(color=palette.POSITION),
+        "force": g.MeshLambertMaterial(color=palette.FORCE),
+        "lifted": g.MeshLambertMaterial(color=palette.LIFTED, opacity=0.55),
+    }
+    for look, material in paint.items():
+        node[look]["ball"].set_object(g.Sphere(radius), material)
     cube = edges_of(_CUBE, 1.08 * radius * _CORNERS)
-    lines = g.PointsGeometry(cube.reshape(-1, 3).T.astype(np.float32))
-    position["frame"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=palette.POSITION)))
-    force["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.FORCE))
-    ring = g.Cylinder(0.3 * radius, 1.22 * radius)
-    force["ring"].set_object(ring, g.MeshLambertMaterial(color=palette.FORCE))
-    force["ring"].set_transform(_upright(np.zeros(3)))
-    _arrow(force["arrow"], radius, diagonal)
-    glass = g.MeshLambertMaterial(color=palette.LIFTED, opacity=0.55)
-    lifted["ball"].set_object(ball, glass)
-    for look in (force, lifted):
-        look.set_property("visible", False)
+    node["position"]["frame"].set_object(_lines(cube, palette.POSITION))
+    ring = node["force"]["ring"]
+    ring.set_object(g.Cylinder(0.3 * radius, 1.22 * radius), paint["force"])
+    ring.set_transform(_upright(np.zeros(3)))
+    _arrow(node["force"]["arrow"], radius, diagonal)
+    for look in ("force", "lifted"):
+        node[look].set_property("visible", False)
 
 
 def _arrow(node: Any, radius: float, diagonal: float) -> None:
