@@ -165,7 +165,12 @@ def _mjcf(world: World) -> str:
     for k, vertices in enumerate(world.obstacles):
         fixed.append(_geom(f"wall{k}", vertices, "0.6 0.6 0.65 0.35", meshes))
     own = [_geom(f"piece{k}", v, "0.8 0.6 0.35 1", meshes) for k, v in enumerate(world.pieces)]
-    tips = [_tip(i, radius) for i, radius in enumerate(world.radius.tolist())]
+    tips = [
+        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
+        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/><geom name="tip{i}" '
+        f'type="sphere" size="{radius!r}" rgba="{_COLOURS[i % len(_COLOURS)]}"/></body>'
+        for i, radius in enumerate(world.radius.tolist())
+    ]
     J = world.inertia
     six = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
     return f"""<mujoco>
@@ -194,23 +199,14 @@ def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
     """Return a convex piece's geometry; one that is no box adds its mesh to ``meshes``."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     common = f'name="{name}" rgba="{colour}"'
-    if _is_box(vertices, low, high):
+    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
+    if len(vertices) == 8 and off <= 1e-12 * (high - low).max():  # a box along the axes
         return (
             f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
             f'size="{_numbers((high - low) / 2)}"/>'
         )
     meshes.append(f'<mesh name="{name}" vertex={quoteattr(_numbers(vertices))}/>')
     return f'<geom {common} type="mesh" mesh="{name}"/>'
-
-
-def _tip(i: int, radius: float) -> str:
-    """Return a fingertip's body."""
-    return (
-        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
-        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/>'
-        f'<geom name="tip{i}" type="sphere" size="{radius!r}" '
-        f'rgba="{_COLOURS[i % len(_COLOURS)]}"/></body>'
-    )
 
 
 def _pairs(world: World) -> Iterator[str]:
@@ -231,9 +227,3 @@ _COLOURS = ("0.85 0.2 0.2 1", "0.2 0.4 0.85 1", "0.2 0.7 0.3 1", "0.8 0.5 0.1 1"
 
 def _numbers(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values.ravel())
-
-
-def _is_box(vertices: Array, low: Array, high: Array) -> bool:
-    """Whether the vertices are the corners of a box along the axes."""
-    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
-    return len(vertices) == 8 and bool(off <= 1e-12 * float((high - low).max()))
