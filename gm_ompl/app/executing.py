@@ -24,11 +24,7 @@ ENOUGH = 0.95  # share of the trials that must succeed
 
 def execute_command(request: ExecuteVerb) -> Exit:
     """Play the plan back, put it to the test, show the result."""
-    fraction, percent = request.disturb, request.vary
-    holds = fraction is None or (math.isfinite(fraction) and fraction > 0)
-    require(holds, "--disturb", fraction, "a positive fraction of z, such as 0.8")
-    holds = percent is None or 0 < percent <= 50
-    require(holds, "--vary", percent, "a percentage above 0, at most 50")
+    _check(request)
     load()
     video, plot = writable(request.video, "--video"), writable(request.plot, "--plot")
     with opened(request.plan_file) as plan:
@@ -65,6 +61,15 @@ def execute_command(request: ExecuteVerb) -> Exit:
             if path is not None:
                 note(f"written to {path}")
     return Exit.OK if holds else Exit.REFUTED
+
+
+def _check(request: ExecuteVerb) -> None:
+    """Refuse numbers that make no sense."""
+    fraction, percent = request.disturb, request.vary
+    holds = fraction is None or (math.isfinite(fraction) and fraction > 0)
+    require(holds, "--disturb", fraction, "a positive fraction of z, such as 0.8")
+    holds = percent is None or 0 < percent <= 50
+    require(holds, "--vary", percent, "a percentage above 0, at most 50")
 
 
 def export_command(request: ExportVerb) -> Exit:

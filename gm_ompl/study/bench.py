@@ -72,18 +72,9 @@ def bench(
             for way, values in times.items():
                 pool[search][way] += values
             decisions.append(_decision_row(name, search, len(one.asked), times))
-        # The first of A*'s runs is not timed.
-        again = [searched(problem, "astar", search_limit) for _ in range(repeat + 1)][1:]
-        seconds, spent = statistics.median(s.seconds for s in again), again[0].result.statistics
-        plain = _plain(found["dijkstra"], statistics.fmean(mean) if mean else None)
-        plans.append({
-            "scenario": name, "optimal": again[0].result.optimal, "seconds": seconds,
-            "expanded": int(spent["expanded"]), "mode_decisions": int(spent["mode_decisions"]),
-            **plain,
-            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / seconds,
-            "profile": profiled(problem, search_limit),
-            "peak_mb": _spent(_plan(name, overrides))[1],
-        })  # fmt: skip
+        mean_ms = statistics.fmean(mean) if mean else None
+        row = _plan_row(found["dijkstra"], mean_ms, repeat, search_limit)
+        plans.append({"scenario": name, **row, "peak_mb": _spent(_plan(name, overrides))[1]})
     decisions += [_decision_row("all", search, None, times) for search, times in pool.items()]
     machine = {
         "python": platform.python_version(), "platform": platform.platform(),
@@ -116,16 +107,25 @@ def _median(values: Sequence[float]) -> float | None:
     return statistics.median(values) if values else None
 
 
-def _plain(search: Searched, mean_ms: float | None) -> Json:
-    """Return what the plain search takes: its counted decisions times their measured mean."""
-    expanded = int(search.result.statistics["expanded"])
-    decisions = decisions_per_node(search.problem) * expanded
+def _plan_row(plain: Searched, mean_ms: float | None, repeat: int, time_limit: float) -> Json:
+    """Time A*, its first run left out, beside the plain search: counted decisions times a mean."""
+    runs = [searched(plain.problem, "astar", time_limit) for _ in range(repeat + 1)][1:]
+    seconds, result = statistics.median(run.seconds for run in runs), runs[0].result
+    expanded = int(plain.result.statistics["expanded"])
+    decisions = decisions_per_node(plain.problem) * expanded
+    plain_s = None if mean_ms is None else 1e-3 * mean_ms * decisions
     return {
+        "optimal": result.optimal,
+        "seconds": seconds,
+        "expanded": int(result.statistics["expanded"]),
+        "mode_decisions": int(result.statistics["mode_decisions"]),
         "plain_expanded": expanded,
-        "plain_is_whole": search.result.optimal,
+        "plain_is_whole": plain.result.optimal,
         "plain_decisions": decisions,
         "plain_mean_decision_ms": mean_ms,
-        "plain_s": None if mean_ms is None else 1e-3 * mean_ms * decisions,
+        "plain_s": plain_s,
+        "ratio": None if plain_s is None else plain_s / seconds,
+        "profile": profiled(plain.problem, time_limit),
     }
 
 
