@@ -111,11 +111,7 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
 def _runs(
     design: Comparison, path: Path, stored_only: bool
 ) -> tuple[tuple[RunRecord, ...], dict[str, float]]:
-    """Return the runs that a page shows and the proven optima by scenario key.
-
-    Raises:
-        InputError: nothing is stored.
-    """
+    """Return the runs that a page shows and the proven optima by scenario key."""
     path.parent.mkdir(parents=True, exist_ok=True)
     tasks = runs(design)
     with Store(path) as store:

@@ -161,11 +161,7 @@ def _syntax(path: Path, text: str) -> Any:
 
 
 def _unusable(path: Path, data: Any) -> Iterator[Mistake]:
-    """Yield the values that are no JSON although Python reads them, and what is wrong with each.
-
-    Raises:
-        PlanError: there are too many values, or they are nested too deeply.
-    """
+    """Yield the values that are no JSON although Python reads them, and what is wrong with each."""
     waiting: list[tuple[Place, Any]] = [((), data)]
     for _ in range(MAX_VALUES):
         if not waiting:

@@ -136,11 +136,7 @@ class Store:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Name the file where SQLite cannot write it: a full disk, another file.
-
-    Raises:
-        InputError: that is so.
-    """
+    """Name the file where SQLite cannot write it: a full disk, another file."""
     try:
         yield
     except sqlite3.Error as error:
