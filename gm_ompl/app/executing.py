@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 
-from gm_ompl.app.exits import Exit
-from gm_ompl.app.options import require
+from gm_ompl.app.commands import Exit, require
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.showing import opened
 from gm_ompl.app.verbs import ExecuteVerb, ExportVerb

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import gm_ompl
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.diagnosis.values import (

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import InspectVerb
 from gm_ompl.arrays import Array

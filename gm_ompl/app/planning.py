@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gm_ompl
-from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
+from gm_ompl.app.commands import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.showing import write_html
 from gm_ompl.app.verbs import PlanVerb

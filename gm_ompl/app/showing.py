@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, ViewVerb
 from gm_ompl.errors import InputError, MisfitError, PlanError, ScenarioError, did_you_mean

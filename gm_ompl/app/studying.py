@@ -15,8 +15,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 import gm_ompl
-from gm_ompl.app.exits import Exit
-from gm_ompl.app.options import require_positive
+from gm_ompl.app.commands import Exit, require_positive
 from gm_ompl.app.output import made_folder, note, say, say_json, writable
 from gm_ompl.app.verbs import BenchVerb, CompareVerb, TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError

@@ -1,6 +1,6 @@
 """What every verb takes: its options and its help, in the order of ``--help``.
 
-A dataclass per verb, which ``options.command`` makes a command of.
+A dataclass per verb, which ``commands.command`` makes a command of.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gm_ompl.app.options import argument, option
+from gm_ompl.app.commands import argument, option
 
 _as_json = partial(option, False, "Print one JSON object and nothing else.", None, "--json")
 _scenario = partial(argument, "A shipped name, or a file.", "SCENARIO")
