@@ -27,7 +27,6 @@ LOGARITHMIC: Final = 30.0
 """z is drawn on a logarithmic scale where its greatest value is this many times z_min."""
 
 LINES: Final = ("-", "--", "-.", ":")
-HATCHES: Final = {"P": "", "F": "////"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +96,9 @@ def forces_figure(animation: Animation) -> Any:
         _force(axes[i], animation, axis, i, ranges[:, i])
     _modes(axes[n], axis, n)
     _stability(axes[n + 1], animation, axis)
-    _travel(axes[n + 2], animation, axis)
+    _travel(axes[n + 2], axis)
     for ax in axes:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
         for x, _ in axis.regrasps:
             ax.axvline(x, color="0.35", linewidth=0.8, linestyle=(0, (4, 2)))
     for x, finger in axis.regrasps:
@@ -147,28 +147,26 @@ def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array)
     ax.axhline(limit, color="0.3", linewidth=0.7, linestyle=":", label="limit")
     ax.set_ylabel(f"normal force\nfinger {i}")
     ax.set_ylim(-0.05 * limit if limit else -0.05, 1.15 * limit if limit else 1.0)
-    _legend(ax)
 
 
 def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
     """Draw one ribbon per finger: plain under position control, hatched under force control."""
-    colours = {"P": palette.css(palette.POSITION), "F": palette.css(palette.FORCE)}
-    names = {"P": "position", "F": "force"}
+    looks = {"P": ("position", palette.POSITION, ""), "F": ("force", palette.FORCE, "////")}
     seen: set[str] = set()
     for i in range(n):
         modes = [segment.modes[i] for segment in axis.segments]
         for mode, group in groupby(range(len(modes)), key=modes.__getitem__):
             rows = list(group)
             low, high = axis.start[rows].min(), axis.end[rows].max()
+            name, colour, hatch = looks[mode]
             ax.barh(
-                i, high - low, left=low, height=0.62, color=colours[mode], hatch=HATCHES[mode],
-                edgecolor="white", linewidth=0.0, label="" if mode in seen else names[mode],
+                i, high - low, left=low, height=0.62, color=palette.css(colour), hatch=hatch,
+                edgecolor="white", linewidth=0.0, label="" if mode in seen else name,
             )  # fmt: skip
             seen.add(mode)
     ax.set_yticks(range(n), [str(i) for i in range(n)])
     ax.set_ylim(n - 0.5, -0.5)
     ax.set_ylabel("mode of\nfinger")
-    _legend(ax)
 
 
 def _stability(ax: Any, animation: Animation, axis: PlanAxis) -> None:
@@ -181,22 +179,14 @@ def _stability(ax: Any, animation: Animation, axis: PlanAxis) -> None:
     else:
         ax.set_ylim(bottom=min(0.0, float(z.min())))
     ax.set_ylabel("stability z")
-    _legend(ax)
 
 
-def _travel(ax: Any, animation: Animation, axis: PlanAxis) -> None:
-    ends = axis.travel[1:]
-    for i in range(animation.problem.fingers.count):
-        x = np.append(axis.start[:1], axis.end)
-        y = np.append([0.0], ends[:, i])
-        ax.plot(x, y, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
+def _travel(ax: Any, axis: PlanAxis) -> None:
+    x = np.append(axis.start[:1], axis.end)
+    for i, travel in enumerate(axis.travel.T):
+        ax.plot(x, travel, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
     ax.set_ylabel("fingertip\ntravel")
     ax.set_ylim(bottom=0.0)
-    _legend(ax)
-
-
-def _legend(ax: Any) -> None:
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
 
 
 def draw_execution(measured: Measurement, path: Path) -> None:
