@@ -19,7 +19,7 @@ from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
-from gm_ompl.study.report import tables
+from gm_ompl.study.report import table, tables
 from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
@@ -69,7 +69,7 @@ def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
 
 def marked(shown: Sequence[RunRecord], best: Mapping[str, float]) -> dict[str, str]:
     """Return the tables of the runs by the name of their marks; ``best`` is by scenario key."""
-    found = (table.markdown() for table in tables(shown, best))
+    found = (table(one.head, one.rows) for one in tables(shown, best))
     return dict(zip(("runs", "differences"), found, strict=True))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -90,13 +91,9 @@ class Recording:
     normal_force: Array  # (K, n), mean over the row's steps
 
 
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """Where a play can be taken up again."""
-
-    instant: int  # the next instant of the timeline
-    physics: Array  # the simulator's state
-    offset: Array  # (n,), the servo's memory
+Snapshot: TypeAlias = tuple[int, Array, Array]
+"""Where a play can be taken up again: the next instant, the simulator's state, the servo's
+offset."""
 
 
 class Player:
@@ -112,13 +109,13 @@ class Player:
 
     def snapshot(self) -> Snapshot:
         """Return where the play stands."""
-        return Snapshot(self.instant, self.physics.state(), self.servo.offset.copy())
+        return self.instant, self.physics.state(), self.servo.offset.copy()
 
     def resume(self, snapshot: Snapshot) -> None:
         """Go back to where the play once stood."""
-        self.instant = snapshot.instant
-        self.physics.restore(snapshot.physics)
-        self.servo.offset = snapshot.offset.copy()
+        self.instant, state, offset = snapshot
+        self.physics.restore(state)
+        self.servo.offset = offset.copy()
 
     def play(
         self,

@@ -174,10 +174,6 @@ class Table:
     head: tuple[str, ...]  # names of the columns; the first two say which runs a row is about
     rows: tuple[tuple[str, ...], ...]  # text
 
-    def markdown(self) -> str:
-        """Return the table as Markdown, without its title."""
-        return table(self.head, self.rows)
-
     def html(self) -> str:
         """Return the table as HTML."""
         lines = [
