@@ -21,31 +21,23 @@ from gm_ompl.planfile.model import (
     RegraspStep,
     SegmentRecord,
 )
-from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.transit import Transit
 
-ARC_SECONDS: Final = 0.35
-"""Duration of a displacement step of a short plan at speed 1 [s]."""
+ARC_SECONDS: Final = 0.35  # duration of a displacement step of a short plan at speed 1 [s]
 
 LONGEST_DISPLACEMENT: Final = 20.0
 """All displacements together last at most this long at speed 1 [s]."""
 
-REGRASP_SECONDS: Final = 2.0
-"""Duration of a regrasping step at speed 1 [s]."""
+REGRASP_SECONDS: Final = 2.0  # duration of a regrasping step at speed 1 [s]
 
 TURN: Final = np.deg2rad(2.0)
 """Between two stored poses the object turns at most this much [rad]; a viewer interpolates."""
 
-POSES: Final = 30
-"""At most this many poses are stored per segment."""
-
-HEIGHT: Final = 0.1
-"""How far a finger is lifted where it can be [D]: enough to be seen."""
-
-TRANSIT_POINTS: Final = 50
-"""Points stored of a finger's way from one placement to the next, about."""
+POSES: Final = 30  # at most this many poses are stored per segment
+HEIGHT: Final = 0.1  # how far a finger is lifted where it can be [D]: enough to be seen
+TRANSIT_POINTS: Final = 50  # points stored of a finger's way from one placement to the next, about
 
 MODE_LETTERS: Final = {"position": "P", "force": "F", None: "L"}
 """How control modes are written; a lifted finger has none."""
@@ -53,31 +45,21 @@ MODE_LETTERS: Final = {"position": "P", "force": "F", None: "L"}
 
 @dataclass(frozen=True, eq=False)
 class ShownSegment:
-    """A stretch of time in which modes, forces and z stay the same.
+    """A stretch of time in which modes, forces and z stay the same."""
 
-    Attributes:
-        start: time at which it begins [s].
-        end: time at which it ends [s].
-        step: number of the plan's step.
-        segment: number of the step's segment; None in a regrasping step.
-        record: what the plan says of it: modes, f_com and z.
-        poses: (p, 7), positions and quaternions (w, x, y, z) at equal times, the last at ``end``;
-            one row where the object rests.
-        placements: per finger, where it touches; of a lifted finger where it touched before.
-        middle: the instant at which it is judged.
-        contacts: the environment contacts then, object frame.
-        path: (k, 3), a lifted finger's centre's way in the object frame at equal times.
-    """
-
-    start: float
-    end: float
-    step: int
-    segment: int | None
-    record: SegmentRecord | RegraspStep
+    start: float  # time at which it begins [s]
+    end: float  # time at which it ends [s]
+    step: int  # number of the plan's step
+    segment: int | None  # number of the step's segment; None in a regrasping step
+    record: SegmentRecord | RegraspStep  # what the plan says of it: modes, f_com and z
+    # (p, 7), positions and quaternions (w, x, y, z) at equal times, the last at ``end``; one row
+    # where the object rests
     poses: Array
+    # per finger, where it touches; of a lifted finger where it touched before
     placements: tuple[PlacementRecord, ...]
-    middle: Moment
-    contacts: ContactState
+    middle: Moment  # the instant at which it is judged
+    contacts: ContactState  # the environment contacts then, object frame
+    # (k, 3), a lifted finger's centre's way in the object frame at equal times
     path: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
@@ -93,19 +75,13 @@ class ShownSegment:
 
 @dataclass(frozen=True, eq=False)
 class Animation:
-    """A plan and its timeline.
+    """A plan and its timeline."""
 
-    Attributes:
-        plan: the plan.
-        problem: made from the scenario inside the plan.
-        segments: in time order, without gaps; empty where the plan has no steps.
-        step_starts: time at which each step begins [s].
-    """
-
-    plan: Plan
-    problem: Problem
+    plan: Plan  # the plan
+    problem: Problem  # made from the scenario inside the plan
+    # in time order, without gaps; empty where the plan has no steps
     segments: tuple[ShownSegment, ...]
-    step_starts: tuple[float, ...]
+    step_starts: tuple[float, ...]  # time at which each step begins [s]
 
     @property
     def duration(self) -> float:
@@ -162,7 +138,8 @@ def _displacement(
     for j, planned in enumerate(planned_segments(number, step)):
         poses = _poses(planned.part)
         if j == count - 1:
-            poses[-1] = _same_side(_recorded(step.pose_to), poses[-1])
+            recorded = np.array([*step.pose_to.position, *step.pose_to.quaternion])
+            poses[-1] = _same_side(recorded, poses[-1])
         middle = planned.part.middle
         shown.append(
             ShownSegment(
@@ -228,10 +205,6 @@ def _poses(part: Segment) -> Array:
 def pose_row(pose: Pose) -> Array:
     """Return position and quaternion (w, x, y, z) of ``pose``, (7,)."""
     return np.concatenate([pose.position, pose.quaternion()])
-
-
-def _recorded(pose: PoseRecord) -> Array:
-    return np.array([*pose.position, *pose.quaternion])
 
 
 def _same_side(row: Array, other: Array) -> Array:

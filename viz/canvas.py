@@ -12,8 +12,7 @@ from typing import Any, Final
 from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.writing import write_bytes
 
-COLUMN: Final = 3.4
-"""Width of a paper's column [inch]."""
+COLUMN: Final = 3.4  # width of a paper's column [inch]
 
 SUFFIXES: Final = (".png", ".svg", ".pdf")
 

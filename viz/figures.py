@@ -27,28 +27,18 @@ LOGARITHMIC: Final = 30.0
 """z is drawn on a logarithmic scale where its greatest value is this many times z_min."""
 
 LINES: Final = ("-", "--", "-.", ":")
-HATCHES: Final = {"P": "", "F": "////"}
 
 
 @dataclass(frozen=True, eq=False)
 class PlanAxis:
-    """Where each displacement segment lies along the plan.
+    """Where each displacement segment lies along the plan."""
 
-    Attributes:
-        segments: the displacement segments, in order.
-        start: (b,), where they begin.
-        end: (b,), where they end.
-        regrasps: per regrasp, its place and its finger.
-        label: what the axis counts.
-        travel: (b + 1, n), how far each fingertip's centre has come; regrasps add nothing.
-    """
-
-    segments: tuple[ShownSegment, ...]
-    start: Array
-    end: Array
-    regrasps: tuple[tuple[float, int], ...]
-    label: str
-    travel: Array
+    segments: tuple[ShownSegment, ...]  # the displacement segments, in order
+    start: Array  # (b,), where they begin
+    end: Array  # (b,), where they end
+    regrasps: tuple[tuple[float, int], ...]  # per regrasp, its place and its finger
+    label: str  # what the axis counts
+    travel: Array  # (b + 1, n), how far each fingertip's centre has come; regrasps add nothing
 
 
 def axis_of(animation: Animation) -> PlanAxis:
@@ -71,21 +61,17 @@ def axis_of(animation: Animation) -> PlanAxis:
         segments.append(segment)
         start.append(low + segment.segment * width)
         end.append(low + (segment.segment + 1) * width)
-        travel.append(travel[-1] + _chords(animation, segment))
+        # as Eq. (9) measures it
+        first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in segment.poses[[0, -1]])
+        centres = np.array([animation.centre(i, p) for i, p in enumerate(segment.placements)])
+        moved = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
+        travel.append(travel[-1] + moved)
         done += segment.segment == len(step.segments) - 1
     return PlanAxis(
         tuple(segments), np.array(start), np.array(end), tuple(regrasps),
         f"{animation.problem.motion.names[0]} along the path" if forward else "displacement steps",
         np.array(travel),
     )  # fmt: skip
-
-
-def _chords(animation: Animation, segment: ShownSegment) -> Array:
-    """Return how far each fingertip's centre moves in ``segment``, as Eq. (9) measures it."""
-    first, last = (Pose.from_quaternion(row[:3], row[3:]) for row in segment.poses[[0, -1]])
-    centres = np.array([animation.centre(i, place) for i, place in enumerate(segment.placements)])
-    moved: Array = np.linalg.norm(last.apply(centres) - first.apply(centres), axis=1)
-    return moved
 
 
 def forces_figure(animation: Animation) -> Any:
@@ -110,8 +96,9 @@ def forces_figure(animation: Animation) -> Any:
         _force(axes[i], animation, axis, i, ranges[:, i])
     _modes(axes[n], axis, n)
     _stability(axes[n + 1], animation, axis)
-    _travel(axes[n + 2], animation, axis)
+    _travel(axes[n + 2], axis)
     for ax in axes:
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
         for x, _ in axis.regrasps:
             ax.axvline(x, color="0.35", linewidth=0.8, linestyle=(0, (4, 2)))
     for x, finger in axis.regrasps:
@@ -138,10 +125,10 @@ def _ranges(animation: Animation, axis: PlanAxis) -> Array:
     return ranges
 
 
-def _edges(axis: PlanAxis, values: Array) -> tuple[Array, Array]:
+def _edges(axis: PlanAxis, values: Array, rows: Any = slice(None)) -> tuple[Array, Array]:
     """Return a step curve's corners: each value from its segment's start to its end."""
-    x = np.stack([axis.start, axis.end], axis=1).ravel()
-    return x, np.repeat(values, 2)
+    x = np.stack([axis.start[rows], axis.end[rows]], axis=1).ravel()
+    return x, np.repeat(values[rows], 2)
 
 
 def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array) -> None:
@@ -151,40 +138,35 @@ def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array)
     known = position & ~np.isnan(ranges).any(axis=1)
     blue, orange = palette.css(palette.POSITION), palette.css(palette.FORCE)
     if known.any():
-        thin = len(axis.segments) > RANGES
-        rows = np.flatnonzero(known) if thin else np.arange(len(axis.segments))
-        part = PlanAxis(axis.segments, axis.start[rows], axis.end[rows], (), "", axis.travel)
-        bounds = np.where(known[rows, None], ranges[rows], np.nan)
-        x, low = _edges(part, bounds[:, 0])
-        _, high = _edges(part, bounds[:, 1])
+        rows = known if len(axis.segments) > RANGES else slice(None)
+        bounds = np.where(known[:, None], ranges, np.nan)
+        (x, low), (_, high) = (_edges(axis, bounds[:, side], rows) for side in (0, 1))
         ax.fill_between(x, low, high, color=blue, alpha=0.3, linewidth=0.6, label="possible")
     if (~np.isnan(force)).any():
         ax.plot(*_edges(axis, force), color=orange, linewidth=1.4, label="commanded")
     ax.axhline(limit, color="0.3", linewidth=0.7, linestyle=":", label="limit")
     ax.set_ylabel(f"normal force\nfinger {i}")
     ax.set_ylim(-0.05 * limit if limit else -0.05, 1.15 * limit if limit else 1.0)
-    _legend(ax)
 
 
 def _modes(ax: Any, axis: PlanAxis, n: int) -> None:
     """Draw one ribbon per finger: plain under position control, hatched under force control."""
-    colours = {"P": palette.css(palette.POSITION), "F": palette.css(palette.FORCE)}
-    names = {"P": "position", "F": "force"}
+    looks = {"P": ("position", palette.POSITION, ""), "F": ("force", palette.FORCE, "////")}
     seen: set[str] = set()
     for i in range(n):
         modes = [segment.modes[i] for segment in axis.segments]
         for mode, group in groupby(range(len(modes)), key=modes.__getitem__):
             rows = list(group)
             low, high = axis.start[rows].min(), axis.end[rows].max()
+            name, colour, hatch = looks[mode]
             ax.barh(
-                i, high - low, left=low, height=0.62, color=colours[mode], hatch=HATCHES[mode],
-                edgecolor="white", linewidth=0.0, label="" if mode in seen else names[mode],
+                i, high - low, left=low, height=0.62, color=palette.css(colour), hatch=hatch,
+                edgecolor="white", linewidth=0.0, label="" if mode in seen else name,
             )  # fmt: skip
             seen.add(mode)
     ax.set_yticks(range(n), [str(i) for i in range(n)])
     ax.set_ylim(n - 0.5, -0.5)
     ax.set_ylabel("mode of\nfinger")
-    _legend(ax)
 
 
 def _stability(ax: Any, animation: Animation, axis: PlanAxis) -> None:
@@ -197,30 +179,18 @@ def _stability(ax: Any, animation: Animation, axis: PlanAxis) -> None:
     else:
         ax.set_ylim(bottom=min(0.0, float(z.min())))
     ax.set_ylabel("stability z")
-    _legend(ax)
 
 
-def _travel(ax: Any, animation: Animation, axis: PlanAxis) -> None:
-    ends = axis.travel[1:]
-    for i in range(animation.problem.fingers.count):
-        x = np.append(axis.start[:1], axis.end)
-        y = np.append([0.0], ends[:, i])
-        ax.plot(x, y, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
+def _travel(ax: Any, axis: PlanAxis) -> None:
+    x = np.append(axis.start[:1], axis.end)
+    for i, travel in enumerate(axis.travel.T):
+        ax.plot(x, travel, color="0.15", linestyle=LINES[i % len(LINES)], label=f"finger {i}")
     ax.set_ylabel("fingertip\ntravel")
     ax.set_ylim(bottom=0.0)
-    _legend(ax)
-
-
-def _legend(ax: Any) -> None:
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.4)
 
 
 def draw_execution(measured: Measurement, path: Path) -> None:
-    """Draw what an execution measured.
-
-    Args:
-        measured: what happened.
-        path: the file; its suffix names the format.
+    """Draw what an execution measured; the file's suffix names the format.
 
     Raises:
         InputError: another kind of file.

@@ -7,24 +7,26 @@ from typing import Any, Final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.solids import Body
 from gm_ompl.scenario.inspection import Inspection
 
 from . import palette
 from .page import embedded, escaped
-from .region import edges_of, triangles_of
-from .scene import VIEW_SIZE, Recorder, draw_solid, similarity, viewer_script, visualizer
+from .scene import (
+    VIEW_SIZE,
+    Recorder,
+    draw_piece,
+    draw_solid,
+    similarity,
+    viewer_script,
+    visualizer,
+)
 
 COLOURS: Final = (0x4C78A8, 0xF58518, 0x54A24B, 0xE45756, 0x72B7B2, 0xB279A2, 0xEECA3B, 0x9D755D)
 """Colours of the pieces, in turn."""
 
-LYING: Final = 6
-"""Resting poses that are drawn, beside the shape as its file has it."""
-
-GAP: Final = 1.3
-"""Distance between them, in D."""
+LYING: Final = 6  # resting poses that are drawn, beside the shape as its file has it
+GAP: Final = 1.3  # distance between them, in D
 
 PAGE: Final = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
@@ -47,12 +49,7 @@ document.body.dataset.ready = "yes";
 
 
 def inspection_page(found: Inspection, text: str) -> str:
-    """Return the page: the shape as its file has it, then lying; offered faces carry a normal.
-
-    Args:
-        found: what is shown.
-        text: what stands beside it.
-    """
+    """Return the page: the shape as its file has it, then lying; offered faces carry a normal."""
     packed = [base64.b64encode(message).decode("ascii") for message in _messages(found)]
     return PAGE.format(
         title=escaped(found.scenario.name),
@@ -65,8 +62,6 @@ def inspection_page(found: Inspection, text: str) -> str:
 def _messages(found: Inspection) -> list[bytes]:
     recorder = Recorder()
     view = visualizer(recorder)
-    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
-    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
     diagonal = found.body.diagonal
     poses = [Pose.from_quaternion(np.array([0.0, 0.0, diagonal / 2]), np.array([1.0, 0, 0, 0]))]
     for k, rest in enumerate(found.rests[:LYING]):
@@ -84,17 +79,12 @@ def _messages(found: Inspection) -> list[bytes]:
         placed = np.eye(4)
         placed[:3, :3], placed[:3, 3] = pose.rotation, pose.position
         node.set_transform(placed)
-        _pieces(node, found.body)
+        for i, piece in enumerate(found.body.pieces):
+            colour = COLOURS[i % len(COLOURS)]
+            draw_piece(node[f"piece{i}"], piece.faces, piece.vertices, colour, 0.84)
         if k == 0:
             _normals(node["normals"], found)
     return recorder.messages
-
-
-def _pieces(node: Any, body: Body) -> None:
-    for k, piece in enumerate(body.pieces):
-        triangles = triangles_of(piece.faces, piece.vertices)
-        edges = edges_of(piece.faces, piece.vertices)
-        draw_solid(node[f"piece{k}"], triangles, edges, COLOURS[k % len(COLOURS)], 0.84)
 
 
 def _normals(node: Any, found: Inspection) -> None:
@@ -102,9 +92,7 @@ def _normals(node: Any, found: Inspection) -> None:
     lines = []
     for name, face in found.faces:
         if name in found.offered:
-            corners = face.region().triangles
-            middle = corners[0].mean(axis=0)
+            middle = face.region().triangles[0].mean(axis=0)
             lines.append([middle, middle + 0.1 * found.body.diagonal * face.normal])
     if lines:
-        _none: Array = np.zeros((0, 3, 3))
-        draw_solid(node, _none, np.array(lines), palette.EDGE, 1.0)
+        draw_solid(node, np.zeros((0, 3, 3)), np.array(lines), palette.EDGE, 1.0)

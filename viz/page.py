@@ -5,8 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from importlib.resources import files
 from itertools import groupby
 from typing import Any, Final
@@ -15,65 +14,49 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Status
 
 from . import palette
-from .animation import Animation, ShownSegment, animate
+from .animation import Animation, animate
 from .scene import scene_messages, viewer_script
 from .score import score, z_top
 
 WIDTH: Final = 1000.0
 HEIGHT: Final = 60.0
-RIBBON: Final = 12.0
-"""Height of the ribbon of control modes above a finger's forces."""
+COLOURS: Final = (
+    "position", "force", "lifted", "object", "obstacle", "static", "sliding", "margin",
+)  # fmt: skip
+"""What the page's style sheet asks for."""
+RIBBON: Final = 12.0  # height of the ribbon of control modes above a finger's forces
 
 
-@dataclass(frozen=True)
-class Band:
-    """One plot.
-
-    Attributes:
-        label: its quantity, plain text.
-        top: what its upper edge means.
-        svg: the drawing.
-    """
-
-    label: str
-    top: str
-    svg: str
-
-
-def bands(animation: Animation) -> list[Band]:
-    """Return the plots from top to bottom; none without a plan."""
+def _bands(animation: Animation) -> Iterator[str]:
+    """Yield the plots from top to bottom; none without a plan."""
     if not animation.segments:
-        return []
-    fingers = range(animation.problem.fingers.count)
-    return [_stability(animation), *(_finger(animation, i) for i in fingers)]
-
-
-def _stability(animation: Animation) -> Band:
-    top = z_top(animation)
-    threshold = animation.problem.mechanics.z_min
+        return
+    top, threshold = z_top(animation), animation.problem.mechanics.z_min
     low = HEIGHT * (1.0 - threshold / top)
-    curve = _steps(
-        animation, lambda segment: min(max(segment.record.z, 0.0) / top, 1.0), 0.0, HEIGHT
-    )
-    parts = [
+    levels = [min(max(segment.record.z, 0.0) / top, 1.0) for segment in animation.segments]
+    curve = _steps(animation, levels, 0.0, HEIGHT)
+    yield _band(f"z (z_min = {threshold:.4g})", top, [
         *_regrasps(animation),
         f'<rect class="below" x="0" y="{low:.2f}" width="{WIDTH:g}" height="{HEIGHT - low:.2f}"/>',
         f'<path class="threshold" d="M0 {low:.2f}H{WIDTH:g}"/>',
         f'<path class="z" d="{curve}"/>',
-    ]
-    return Band(f"z (z_min = {threshold:.4g})", f"{top:.3g}", _svg(parts, HEIGHT))
+    ])  # fmt: skip
+    for i, limit in enumerate(animation.problem.fingers.max_normal_force.tolist()):
+        forces = [segment.record.f_com[i] for segment in animation.segments]
+        shares = [None if f is None else f / limit if limit > 0 else 0.0 for f in forces]
+        curve = f'<path class="force" d="{_steps(animation, shares, RIBBON + 4.0, HEIGHT)}"/>'
+        parts = [*_regrasps(animation), *_ribbon(animation, i), curve]
+        yield _band(f"finger {i}: f_com, mode", limit, parts)
 
 
-def _finger(animation: Animation, i: int) -> Band:
-    limit = float(animation.problem.fingers.max_normal_force[i])
-
-    def level(segment: ShownSegment) -> float | None:
-        force = segment.record.f_com[i]
-        return None if force is None else force / limit if limit > 0 else 0.0
-
-    curve = _steps(animation, level, RIBBON + 4.0, HEIGHT)
-    parts = [*_regrasps(animation), *_ribbon(animation, i), f'<path class="force" d="{curve}"/>']
-    return Band(f"finger {i}: f_com, mode", f"{limit:.3g}", _svg(parts, HEIGHT))
+def _band(label: str, top: float, parts: Iterable[str]) -> str:
+    """Return a plot: its quantity, what its upper edge means, and its drawing."""
+    return (
+        f'<div class="band"><div class="label"><span>{escaped(label)}</span>'
+        f'<span class="top">{top:.3g}</span></div>'
+        f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" preserveAspectRatio="none" aria-hidden="true">'
+        f"{''.join(parts)}</svg></div>"
+    )
 
 
 def _ribbon(animation: Animation, i: int) -> Iterator[str]:
@@ -98,14 +81,11 @@ def _regrasps(animation: Animation) -> Iterator[str]:
             )
 
 
-def _steps(
-    animation: Animation, level: Callable[[ShownSegment], float | None], top: float, bottom: float
-) -> str:
-    """Return the path of a step curve; ``level`` is 0 at the bottom, 1 at the top, None a gap."""
+def _steps(animation: Animation, levels: Iterable[float | None], top: float, bottom: float) -> str:
+    """Return the path of a step curve; a level is 0 at the bottom, 1 at the top, None a gap."""
     commands: list[str] = []
     drawing, last = False, ""
-    for segment in animation.segments:
-        value = level(segment)
+    for segment, value in zip(animation.segments, levels, strict=True):
         if value is None:
             drawing = False
             continue
@@ -126,14 +106,6 @@ def _span(animation: Animation, start: float, end: float) -> tuple[float, float]
     return start * per_second, (end - start) * per_second
 
 
-def _svg(parts: list[str], height: float) -> str:
-    inside = "".join(parts)
-    return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" preserveAspectRatio="none" '
-        f'aria-hidden="true">{inside}</svg>'
-    )
-
-
 def page(plan: Plan) -> str:
     """Return the whole page of ``plan``, one HTML text.
 
@@ -147,9 +119,15 @@ def page(plan: Plan) -> str:
         "TITLE": escaped(animation.name),
         "DESCRIPTION": escaped(str(plan.scenario.get("description", ""))),
         "SUMMARY": _summary(animation),
-        "BANDS": "".join(_band(band) for band in bands(animation)),
-        "FINGERS": "".join(_finger_row(i) for i in range(animation.problem.fingers.count)),
-        "COLOURS": _colours(),
+        "BANDS": "".join(_bands(animation)),
+        "FINGERS": "".join(
+            f'<tr id="finger{i}"><th scope="row">{i}</th><td class="place"></td>'
+            '<td class="mode"></td><td class="f"></td></tr>'
+            for i in range(animation.problem.fingers.count)
+        ),
+        "COLOURS": " ".join(
+            f"--{name}: {palette.css(getattr(palette, name.upper()))};" for name in COLOURS
+        ),
         "STYLE": _asset("page.css"),
         "SCORE": embedded(score(animation, scene)),
         "MESSAGES": embedded(packed),
@@ -166,14 +144,9 @@ def escaped(text: str) -> str:
 
     Control characters, and lone surrogates that UTF-8 cannot hold, become replacement signs.
     """
-    visible = "".join(c if c.isprintable() or c in " \n" else _stand_in(c) for c in text)
+    kept = " \n\u200c\u200d\u00a0\u3000\u00ad"  # joiners and spaces mean something in other scripts
+    visible = "".join(c if c.isprintable() or c in kept else "\ufffd" for c in text)
     return html.escape(visible, quote=True)
-
-
-def _stand_in(character: str) -> str:
-    # Invisible but meaningful in other scripts: joiners and spaces stay.
-    category_ok = character in "\u200c\u200d\u00a0\u3000\u00ad"
-    return character if category_ok else "\ufffd"
 
 
 def embedded(value: Any) -> str:
@@ -184,13 +157,6 @@ def embedded(value: Any) -> str:
 
 def _asset(name: str) -> str:
     return (files("gm_ompl.viz") / "pages" / name).read_text(encoding="utf-8")
-
-
-def _colours() -> str:
-    """Return the palette as CSS variables."""
-    names = ("position", "force", "lifted", "object", "obstacle", "static", "sliding", "margin")
-    pairs = (f"--{name}: {palette.css(getattr(palette, name.upper()))};" for name in names)
-    return " ".join(pairs)
 
 
 def _summary(animation: Animation) -> str:
@@ -208,17 +174,3 @@ def _summary(animation: Animation) -> str:
     if off:
         facts.append(f"shape up to {off:.3g} off its file's surface")
     return "".join(f"<li><bdi>{escaped(fact)}</bdi></li>" for fact in facts)
-
-
-def _band(band: Band) -> str:
-    return (
-        f'<div class="band"><div class="label"><span>{escaped(band.label)}</span>'
-        f'<span class="top">{escaped(band.top)}</span></div>{band.svg}</div>'
-    )
-
-
-def _finger_row(i: int) -> str:
-    return (
-        f'<tr id="finger{i}"><th scope="row">{i}</th><td class="place"></td>'
-        f'<td class="mode"></td><td class="f"></td></tr>'
-    )

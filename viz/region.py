@@ -10,27 +10,21 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection
 
-from gm_ompl.arrays import Array, unit
+from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import ConvexPiece, hull
 
 from .animation import Animation
 
-MARGIN: Final = 0.35
-"""Room around everything that moves, in D."""
+MARGIN: Final = 0.35  # room around everything that moves, in D
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """An axis-parallel box, world frame.
+    """An axis-parallel box, world frame."""
 
-    Attributes:
-        low: (3,), least coordinates.
-        high: (3,), greatest coordinates.
-    """
-
-    low: Array
-    high: Array
+    low: Array  # (3,), least coordinates
+    high: Array  # (3,), greatest coordinates
 
     @property
     def centre(self) -> Array:
@@ -116,17 +110,11 @@ def viewpoint(animation: Animation, elevation: float = 24.0) -> Array:
     heading = np.arctan2(travel[1], travel[0]) if np.hypot(*travel[:2]) > 0 else 0.0
     middle = 0.5 * (first + last) if animation.segments else animation.rest_pose()[:3]
     side = heading - np.pi / 2 + np.deg2rad(28.0)  # a little from ahead: three faces are seen
-    best, least = unit([1.0, -1.0, 1.0]), np.inf
-    for k in range(16):
-        azimuth = side + k * np.pi / 8
-        up = np.deg2rad(elevation)
-        direction = np.array(
-            [np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)]
-        )
-        turned = min(k, 16 - k) / 16
-        hidden = _hiding(animation, middle, direction)
-        if hidden + turned < least:
-            best, least = direction, hidden + turned
+    azimuths, up = side + np.arange(16) * np.pi / 8, np.deg2rad(elevation)
+    level = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+    directions = np.column_stack([np.cos(up) * level, np.full(16, np.sin(up))])
+    worth = [_hiding(animation, middle, d) + min(k, 16 - k) / 16 for k, d in enumerate(directions)]
+    best: Array = directions[int(np.argmin(worth))]
     return best
 
 

@@ -19,7 +19,7 @@ import numpy as np
 import umsgpack
 
 from gm_ompl.arrays import Array
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.solids import Body
 
 from . import palette
 from .animation import Animation
@@ -34,11 +34,8 @@ with warnings.catch_warnings():
 VIEW_SIZE: Final = 3.0
 """Diagonal of the region in meshcat's units; its camera and lights are made for a few units."""
 
-ARROW: Final = 0.5
-"""Length of an arrow's shaft at f_max, in D."""
-
-FIELD_OF_VIEW: Final = 40.0
-"""Vertical field of view of the camera [deg]."""
+ARROW: Final = 0.5  # length of an arrow's shaft at f_max, in D
+FIELD_OF_VIEW: Final = 40.0  # vertical field of view of the camera [deg]
 
 
 class Recorder:
@@ -61,26 +58,21 @@ class Recorder:
 
 @dataclass(frozen=True, eq=False)
 class SceneMessages:
-    """Everything that the viewer needs to draw the scene.
+    """Everything that the viewer needs to draw the scene."""
 
-    Attributes:
-        messages: packed for meshcat's ``handle_command_bytearray``, in order.
-        scale: meshcat units per unit of length.
-        centre: (3,), the world point at meshcat's origin.
-        arrow: length of an arrow's shaft at f_max.
-        slots: number of contact markers.
-    """
-
-    messages: tuple[bytes, ...]
-    scale: float
-    centre: Array
-    arrow: float
-    slots: int
+    messages: tuple[bytes, ...]  # packed for meshcat's ``handle_command_bytearray``, in order
+    scale: float  # meshcat units per unit of length
+    centre: Array  # (3,), the world point at meshcat's origin
+    arrow: float  # length of an arrow's shaft at f_max
+    slots: int  # number of contact markers
 
 
 def visualizer(recorder: Recorder) -> Any:
-    """Return a ``meshcat.Visualizer`` whose messages ``recorder`` keeps."""
-    return meshcat.Visualizer(window=recorder)
+    """Return a ``meshcat.Visualizer`` before a pale sky, whose messages ``recorder`` keeps."""
+    view = meshcat.Visualizer(window=recorder)
+    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
+    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
+    return view
 
 
 def viewer_script() -> str:
@@ -99,8 +91,6 @@ def scene_messages(animation: Animation) -> SceneMessages:
     world.set_transform(similarity(scale, -scale * region.centre))
     for helper in ("/Grid", "/Axes"):
         view[helper].set_property("visible", False)
-    view["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
-    view["/Background"].set_property("bottom_color", [0.86, 0.89, 0.93])
     _surroundings(world, animation, region)
     _body(world["object"], animation.problem.body)
     diagonal = animation.problem.body.diagonal
@@ -138,18 +128,15 @@ def _surroundings(world: Any, animation: Animation, region: View) -> None:
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             if part is not None:
-                _piece(world[f"obstacle{number}"], part, palette.OBSTACLE, 0.22)
+                node, middle = world[f"obstacle{number}"], part.vertices.mean(axis=0)
+                node.set_transform(_translation(middle))  # numbers are small wherever it lies
+                draw_piece(node, part.faces, part.vertices - middle, palette.OBSTACLE, 0.22)
                 number += 1
 
 
-def _piece(node: Any, piece: ConvexPiece, colour: int, opacity: float) -> None:
-    """Draw a convex piece and its edges, its numbers small wherever in the world it lies."""
-    middle = piece.vertices.mean(axis=0)
-    node.set_transform(_translation(middle))
-    corners = piece.vertices - middle
-    draw_solid(
-        node, triangles_of(piece.faces, corners), edges_of(piece.faces, corners), colour, opacity
-    )
+def draw_piece(node: Any, faces: Any, corners: Array, colour: int, opacity: float) -> None:
+    """Draw a convex piece, its faces given as rows of ``corners`` (v, 3), and its edges."""
+    draw_solid(node, triangles_of(faces, corners), edges_of(faces, corners), colour, opacity)
 
 
 def _body(node: Any, body: Body) -> None:
@@ -159,9 +146,7 @@ def _body(node: Any, body: Body) -> None:
         draw_solid(node, triangles, rims, palette.OBJECT, 0.84)
         return
     for k, piece in enumerate(body.pieces):
-        solid = triangles_of(piece.faces, piece.vertices)
-        edges = edges_of(piece.faces, piece.vertices)
-        draw_solid(node[f"piece{k}"], solid, edges, palette.OBJECT, 0.84)
+        draw_piece(node[f"piece{k}"], piece.faces, piece.vertices, palette.OBJECT, 0.84)
 
 
 def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: float) -> None:
@@ -179,9 +164,12 @@ def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: 
         polygonOffsetUnits=1,
     )
     node["solid"].set_object(mesh, material)
-    lines = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
-    ink = palette.OBSTACLE if see_through else palette.EDGE
-    node["edges"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=ink)))
+    node["edges"].set_object(_lines(edges, palette.OBSTACLE if see_through else palette.EDGE))
+
+
+def _lines(edges: Array, colour: int) -> Any:
+    points = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
+    return g.LineSegments(points, g.LineBasicMaterial(color=colour))
 
 
 def _contact_marker(node: Any, diagonal: float) -> None:
@@ -194,21 +182,21 @@ def _contact_marker(node: Any, diagonal: float) -> None:
 
 def _fingertip(node: Any, radius: float, diagonal: float) -> None:
     """Draw the three looks of a fingertip; its z axis points into the object."""
-    position, force, lifted = (node[name] for name in ("position", "force", "lifted"))
-    ball = g.Sphere(radius)
-    position["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.POSITION))
+    paint = {
+        "position": g.MeshLambertMaterial(color=palette.POSITION),
+        "force": g.MeshLambertMaterial(color=palette.FORCE),
+        "lifted": g.MeshLambertMaterial(color=palette.LIFTED, opacity=0.55),
+    }
+    for look, material in paint.items():
+        node[look]["ball"].set_object(g.Sphere(radius), material)
     cube = edges_of(_CUBE, 1.08 * radius * _CORNERS)
-    lines = g.PointsGeometry(cube.reshape(-1, 3).T.astype(np.float32))
-    position["frame"].set_object(g.LineSegments(lines, g.LineBasicMaterial(color=palette.POSITION)))
-    force["ball"].set_object(ball, g.MeshLambertMaterial(color=palette.FORCE))
-    ring = g.Cylinder(0.3 * radius, 1.22 * radius)
-    force["ring"].set_object(ring, g.MeshLambertMaterial(color=palette.FORCE))
-    force["ring"].set_transform(_upright(np.zeros(3)))
-    _arrow(force["arrow"], radius, diagonal)
-    glass = g.MeshLambertMaterial(color=palette.LIFTED, opacity=0.55)
-    lifted["ball"].set_object(ball, glass)
-    for look in (force, lifted):
-        look.set_property("visible", False)
+    node["position"]["frame"].set_object(_lines(cube, palette.POSITION))
+    ring = node["force"]["ring"]
+    ring.set_object(g.Cylinder(0.3 * radius, 1.22 * radius), paint["force"])
+    ring.set_transform(_upright(np.zeros(3)))
+    _arrow(node["force"]["arrow"], radius, diagonal)
+    for look in ("force", "lifted"):
+        node[look].set_property("visible", False)
 
 
 def _arrow(node: Any, radius: float, diagonal: float) -> None:

@@ -14,11 +14,8 @@ from gm_ompl.planfile.model import PlacementRecord
 from .animation import Animation, ShownSegment
 from .scene import SceneMessages
 
-DIGITS: Final = 12
-"""Significant digits of lengths and quaternions."""
-
-PER_THRESHOLD: Final = 20.0
-"""The gauge of z ends at most at this many times z_min."""
+DIGITS: Final = 12  # significant digits of lengths and quaternions
+PER_THRESHOLD: Final = 20.0  # the gauge of z ends at most at this many times z_min
 
 
 def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
@@ -31,9 +28,7 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
     problem = animation.problem
     tables = _Tables(animation)
     segments = [tables.row(segment) for segment in animation.segments]
-    poses = [row for segment in animation.segments for row in segment.poses] or [
-        animation.rest_pose()
-    ]
+    poses = [row for segment in animation.segments for row in segment.poses]
     return {
         "duration": animation.duration,
         "scale": scene.scale,
@@ -46,7 +41,7 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
         "names": list(problem.motion.names),
         "steps": _steps(animation),
         "segments": segments,
-        "poses": [numbers(row) for row in poses],
+        "poses": [numbers(row) for row in poses or [animation.rest_pose()]],
         "places": tables.places,
         "hands": tables.hands,
         "contacts": tables.contacts,
@@ -95,31 +90,26 @@ class _Tables:
     def row(self, segment: ShownSegment) -> list[Any]:
         """Return ``segment`` as one row."""
         places = [self._place(i, place) for i, place in enumerate(segment.placements)]
-        target, path = -1, -1
-        moved = segment.regrasp
-        if moved is not None:
-            target = self._place(moved.finger, moved.to)
+        lifted = [-1, -1, -1]
+        if segment.regrasp is not None:
+            finger, to = segment.regrasp.finger, segment.regrasp.to
+            lifted = [finger, self._place(finger, to), len(self.paths)]
             self.paths.append([numbers(p) for p in segment.path])
-            path = len(self.paths) - 1
         first = self._poses
         self._poses += len(segment.poses)
         return [
             segment.start, segment.end, segment.step, first, len(segment.poses), segment.modes,
             list(segment.record.f_com), segment.record.z, self._once(self.hands, places),
             self._once(self.contacts, self._markers(segment.contacts)),
-            -1 if moved is None else moved.finger, target, path,
+            *lifted,
         ]  # fmt: skip
 
     def _place(self, finger: int, place: PlacementRecord) -> int:
-        centre = self._animation.centre(finger, place)
-        return self._once(
-            self.places,
-            {
-                "label": f"{place.face} [{place.cell[0]}, {place.cell[1]}]",
-                "centre": numbers(centre),
-                "turn": numbers(turn_to(np.asarray(place.normal))),
-            },
-        )
+        return self._once(self.places, {
+            "label": f"{place.face} [{place.cell[0]}, {place.cell[1]}]",
+            "centre": numbers(self._animation.centre(finger, place)),
+            "turn": numbers(turn_to(np.asarray(place.normal))),
+        })  # fmt: skip
 
     def _markers(self, contacts: ContactState) -> list[list[float]]:
         step = 1e-6 * self._animation.problem.body.diagonal

@@ -79,10 +79,9 @@ def _expansions(ax: Any, animation: Animation, trace: Told) -> None:
             marker=MARKERS[min(k, len(MARKERS) - 1)], linewidths=0.6, label=title(why, 24),
             rasterized=len(rows) > 5000,
         )  # fmt: skip
-    if animation.plan.cost is not None:
-        ax.axhline(
-            animation.plan.cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan"
-        )
+    cost = animation.plan.cost
+    if cost is not None:
+        ax.axhline(cost, color="0.3", linewidth=0.7, linestyle=":", label="cost of plan")
     ax.set_xlabel(f"{animation.problem.motion.names[0]} (light: early, dark: late)")
     ax.set_ylabel("bound when expanded")
     for handle in _legend_above(ax).legend_handles:
@@ -96,13 +95,12 @@ class _Sets:
 
     def __init__(self, animation: Animation) -> None:
         self._hand = animation.problem.fingers
-        self._sets = PlacementSets(self._hand.groups())
+        self._canonical = PlacementSets(self._hand.groups()).canonical
         self._rows: dict[tuple[int, ...], int] = {}
 
     def row(self, placements: tuple[int, ...]) -> float:
         """Return the number of a set given as rows of the placement table."""
-        fits = len(placements) == self._hand.count
-        known = self._sets.canonical(placements) if fits else placements
+        known = self._canonical(placements) if len(placements) == self._hand.count else placements
         return float(self._rows.setdefault(known, len(self._rows)))
 
     def row_of(self, places: Sequence[Any]) -> float:
@@ -160,9 +158,13 @@ def _edges(
         ]
         if lines:
             label = kind if tree == "start" else f"{kind}, goal's tree"
-            ax.add_collection(
-                LineCollection(lines, colors=colour, linestyles=line, linewidths=0.5, label=label)
-            )
+            look: dict[str, Any] = {
+                "colors": colour,
+                "linestyles": line,
+                "linewidths": 0.5,
+                "label": label,
+            }
+            ax.add_collection(LineCollection(lines, **look))
 
 
 def _legend_above(ax: Any) -> Any:

@@ -11,8 +11,7 @@ from typing import Final
 
 from gm_ompl.errors import InputError
 
-HOST: Final = "127.0.0.1"
-"""The loopback interface: no other machine can connect."""
+HOST: Final = "127.0.0.1"  # the loopback interface: no other machine can connect
 
 
 class _Server(http.server.ThreadingHTTPServer):

@@ -18,32 +18,23 @@ from .animation import Animation, ShownSegment
 from .canvas import new_figure, title
 from .region import View, clipped, neighbourhood, viewpoint
 
-MOST: Final = 12
-"""At most this many moments are drawn; of more regrasps the first are shown."""
+MOST: Final = 12  # at most this many moments are drawn; of more regrasps the first are shown
 
 COLUMNS: Final = 4
-CELL: Final = 1.75
-"""Width and height of one picture [inch]."""
-
-ARROW: Final = 0.45
-"""Length of an arrow at f_max, in D."""
+CELL: Final = 1.75  # width and height of one picture [inch]
+ARROW: Final = 0.45  # length of an arrow at f_max, in D
 
 LIGHT: Final = unit([0.4, -0.5, 0.8])
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """One picture.
+    """One picture."""
 
-    Attributes:
-        caption: what it shows.
-        segment: the segment whose fingers, modes and forces are drawn; None without a plan.
-        pose: (7,), of the object.
-    """
-
-    caption: str
+    caption: str  # what it shows
+    # the segment whose fingers, modes and forces are drawn; None without a plan
     segment: ShownSegment | None
-    pose: Array
+    pose: Array  # (7,), of the object
 
 
 def pictures(animation: Animation) -> list[Picture]:
@@ -134,18 +125,13 @@ class _Painter:
         depth = self._view.depth(pose.position[None])
         self._environment(depth, behind=True)
         shown = picture.segment
-        tips = [] if shown is None else list(enumerate(shown.placements))
-        hidden = {
-            i: -(pose.rotation @ np.asarray(place.normal)) @ self._view.direction <= 0
-            for i, place in tips
-        }
-        for i in hidden:
-            if shown is not None and hidden[i]:
-                self._tip(pose, shown, i)
+        normals = [] if shown is None else [place.normal for place in shown.placements]
+        hidden = [pose.rotation @ np.asarray(n) @ self._view.direction >= 0 for n in normals]
+        for i in np.flatnonzero(hidden).tolist():
+            self._tip(pose, shown, i)
         self._object(pose)
-        for i in hidden:
-            if shown is not None:
-                self._tip(pose, shown, i, outline=hidden[i])
+        for i, behind in enumerate(hidden):
+            self._tip(pose, shown, i, outline=behind)
         self._environment(depth, behind=False)
 
     def _environment(self, depth: float, behind: bool) -> None:
@@ -165,12 +151,10 @@ class _Painter:
 
     def _object(self, pose: Pose) -> None:
         body = self._problem.body
-        shapes: list[tuple[Array, Array]] = []
-        for face in body.surface:
-            shapes += [(t, face.normal) for t in face.triangles]
+        shapes = [(corners, face.normal) for face in body.surface for corners in face.triangles]
         for piece in () if body.surface else body.pieces:
-            corners, normals = piece.vertices, piece.face_normals
-            shapes += [(corners[list(f)], n) for f, n in zip(piece.faces, normals, strict=True)]
+            faces = zip(piece.faces, piece.face_normals, strict=True)
+            shapes += [(piece.vertices[list(face)], normal) for face, normal in faces]
         world = [(pose.apply(polygon), pose.rotation @ normal) for polygon, normal in shapes]
         seen = [shape for shape in world if shape[1] @ self._view.direction > 1e-9]
         for polygon, normal in sorted(seen, key=lambda shape: self._view.depth(shape[0])):
@@ -186,11 +170,12 @@ class _Painter:
             )
         )  # fmt: skip
 
-    def _tip(self, pose: Pose, shown: ShownSegment, i: int, outline: bool = False) -> None:
+    def _tip(self, pose: Pose, shown: ShownSegment | None, i: int, outline: bool = False) -> None:
         """Draw a fingertip: under position control in a square, under force control with an arrow.
 
         Of one that the object may hide the outline alone is drawn again.
         """
+        assert shown is not None
         add, circle = self._ax.add_patch, self._patches.Circle
         radius = float(self._problem.fingers.radius[i])
         centre = pose.apply(self._animation.centre(i, shown.placements[i]))

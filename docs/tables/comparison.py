@@ -19,7 +19,7 @@ from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
-from gm_ompl.study.report import tables
+from gm_ompl.study.report import table, tables
 from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.workers import LocalExecutor
@@ -32,23 +32,15 @@ PLANNERS = (EXACT, "HybridRRT", "HybridRRTConnect", "HybridRRTstar",
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is compared.
+    """What is compared."""
 
-    Attributes:
-        single: scenarios planned once per seed.
-        families: random families; the k-th seed plans the family's k-th scenario.
-        planners: names, the exact one first.
-        seeds: how many.
-        time_limit: of each run [s].
-        reference_limit: of the exact planner's run that costs are compared with [s].
-    """
-
-    single: Sequence[str] = SINGLE
+    single: Sequence[str] = SINGLE  # scenarios planned once per seed
+    # random families; the k-th seed plans the family's k-th scenario
     families: Sequence[str] = FAMILIES
-    planners: Sequence[str] = PLANNERS
-    seeds: int = 20
-    time_limit: float = 5.0
-    reference_limit: float = 120.0
+    planners: Sequence[str] = PLANNERS  # names, the exact one first
+    seeds: int = 20  # how many
+    time_limit: float = 5.0  # of each run [s]
+    reference_limit: float = 120.0  # of the exact planner's run that costs are compared with [s]
 
 
 def runs(design: Comparison) -> tuple[Task, ...]:
@@ -76,13 +68,8 @@ def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
 
 
 def marked(shown: Sequence[RunRecord], best: Mapping[str, float]) -> dict[str, str]:
-    """Return the tables of the runs, by the name of their marks.
-
-    Args:
-        shown: the runs.
-        best: proven optimal costs by scenario key.
-    """
-    found = (table.markdown() for table in tables(shown, best))
+    """Return the tables of the runs by the name of their marks; ``best`` is by scenario key."""
+    found = (table(one.head, one.rows) for one in tables(shown, best))
     return dict(zip(("runs", "differences"), found, strict=True))
 
 
@@ -99,11 +86,7 @@ Write: TypeAlias = Callable[[Comparison, Path, Sequence[RunRecord], Mapping[str,
 def produce(name: str, design: Comparison, arguments: Sequence[str] | None, write: Write) -> int:
     """Make the runs of a page that are missing and have it written; return the exit code.
 
-    Args:
-        name: of the page in ``docs/``.
-        design: what is compared where the arguments say nothing else.
-        arguments: of the command line.
-        write: see ``Write``.
+    What the arguments of the command line do not say is as in ``design``.
     """
     parser = argparse.ArgumentParser(prog=f"python -m docs.tables.{name}")
     parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
@@ -128,11 +111,7 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
 def _runs(
     design: Comparison, path: Path, stored_only: bool
 ) -> tuple[tuple[RunRecord, ...], dict[str, float]]:
-    """Return the runs that a page shows and the proven optima by scenario key.
-
-    Raises:
-        InputError: nothing is stored.
-    """
+    """Return the runs that a page shows and the proven optima by scenario key."""
     path.parent.mkdir(parents=True, exist_ok=True)
     tasks = runs(design)
     with Store(path) as store:

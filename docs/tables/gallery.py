@@ -17,11 +17,8 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text
 
-TIME_LIMIT: Final = 120.0
-"""A scenario that is not solved within this time is left out [s]."""
-
-SEARCH_OF: Final = "paper/regrasp"
-"""The scenario whose searches are shown."""
+TIME_LIMIT: Final = 120.0  # a scenario that is not solved within this time is left out [s]
+SEARCH_OF: Final = "paper/regrasp"  # the scenario whose searches are shown
 
 SEARCHES: Final = {
     "astar": "what was expanded, where, when and why; the bound rises until it meets the cost",
@@ -63,14 +60,7 @@ def _called(*words: object) -> None:
 
 
 def _section(name: str, images: Path, plan: Path, trace: Path) -> Iterator[str]:
-    """Yield the lines of one scenario's section, none without a plan; writes its images.
-
-    Args:
-        name: of the scenario.
-        images: the folder for them.
-        plan: where the plan is put.
-        trace: where the search's trace is put.
-    """
+    """Yield the lines of one scenario's section, none without a plan; writes its images."""
     stem = name.replace("/", "-")
     _called("plan", name, "--time-limit", TIME_LIMIT, "-o", plan)
     found = Plan.load(plan)

@@ -24,8 +24,7 @@ FOLDERS = ("gm_ompl", "viz", "docs")
 MOST_LINES, MOST_IN_FUNCTION, MOST_PARAMETERS = 300, 40, 7
 """Of a file; of a function without its docstring; positional ones of a function."""
 
-Trees: TypeAlias = Mapping[str, ast.Module]
-"""Every module, by its dotted name as it is imported."""
+Trees: TypeAlias = Mapping[str, ast.Module]  # every module, by its dotted name as it is imported
 Function: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef
 
 

@@ -18,27 +18,16 @@ from gm_ompl.study.report import number
 
 @dataclass(frozen=True)
 class Measured:
-    """What one search cost.
+    """What one search cost."""
 
-    Attributes:
-        status: how it ended.
-        optimal: whether it proved its plan optimal.
-        cost: of the plan.
-        expanded: nodes (or lanes) expanded.
-        decisions: mode decisions computed.
-        seconds: CPU time of ``plan``, everything included.
-        megabytes: peak resident memory of its process [MiB].
-        nodes: of the manipulation-feasibility graph as the paper counts them.
-    """
-
-    status: str
-    optimal: bool
-    cost: float | None
-    expanded: int
-    decisions: int
-    seconds: float
-    megabytes: float
-    nodes: int
+    status: str  # how it ended
+    optimal: bool  # whether it proved its plan optimal
+    cost: float | None  # of the plan
+    expanded: int  # nodes (or lanes) expanded
+    decisions: int  # mode decisions computed
+    seconds: float  # CPU time of ``plan``, everything included
+    megabytes: float  # peak resident memory of its process [MiB]
+    nodes: int  # of the manipulation-feasibility graph as the paper counts them
 
     def cells(self, *names: str) -> list[str]:
         """Return the attributes of these names for a table; "ends" is how the search ended."""
@@ -63,15 +52,7 @@ def measured(
     time_limit: float | None = None,
     repeat: bool = True,
 ) -> Measured:
-    """Measure a search in this process.
-
-    Args:
-        scenario: a shipped name, or a file.
-        heuristic: the planner's parameter.
-        overrides: "KEY=VALUE" changes of the scenario.
-        time_limit: of the search [s].
-        repeat: whether to solve twice and count the second time, compiled code being loaded.
-    """
+    """Measure a search in this process; where ``repeat`` holds, twice: the second time counts."""
     loaded = api.load(scenario, overrides)
     for _ in range(2 if repeat else 1):
         started = time.process_time()

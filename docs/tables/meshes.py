@@ -23,6 +23,7 @@ from gm_ompl.geometry.mesh import read_triangles
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.scenario.inspection import Inspection, inspect
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.study.report import table
 
 from .pages import write_tables
 
@@ -37,14 +38,15 @@ WHEELS = {
 
 OFFER = re.compile(r"(bodies|weld|simplify|convex): (all|hull|decompose|\[\d+\]|[\d.e+-]+)")
 
-PLAN_S = 10.0
-"""The time that HybridRRTConnect has."""
+PLAN_S = 10.0  # the time that HybridRRTConnect has
 
-COLUMNS = "| mesh | triangles | as it is | with | pieces | deviation | loaded in s | planned in s |"
+HEAD = (
+    "mesh", "triangles", "as it is", "with", "pieces", "deviation", "loaded in s", "planned in s",
+)  # fmt: skip
 
 
 @dataclass
-class Row:
+class MeshFound:
     """What became of one mesh; ``tried`` holds every offer and how it ended."""
 
     mesh: str
@@ -75,9 +77,9 @@ def meshes() -> list[tuple[str, Path]]:
     return found
 
 
-def attempt(name: str, file: Path, decompose: bool) -> Row:
+def attempt(name: str, file: Path, decompose: bool) -> MeshFound:
     """Return what becomes of a mesh, as it is or with what its refusal offers."""
-    row = Row(name, len(read_triangles(file)[1]), "loads")
+    row = MeshFound(name, len(read_triangles(file)[1]), "loads")
     used: Inspection | None = None
     offers: list[str] = []
     started = time.perf_counter()
@@ -147,13 +149,11 @@ def _planned(found: Inspection) -> float | None:
     return time.perf_counter() - started if plan.cost is not None else None
 
 
-def line(row: Row) -> str:
+def cells(row: MeshFound) -> tuple[object, ...]:
     """Return a mesh's row of the table."""
     planned = "-" if row.plan_s is None else f"{row.plan_s:.1f}"
-    return (
-        f"| {row.mesh} | {row.triangles} | {row.verdict} | {row.keys} | {row.pieces} | "
-        f"{row.deviation:.1e} | {row.load_s:.1f} | {planned} |"
-    )
+    numbers = (row.pieces, f"{row.deviation:.1e}", f"{row.load_s:.1f}", planned)
+    return (row.mesh, row.triangles, row.verdict, row.keys, *numbers)
 
 
 def main(arguments: list[str]) -> None:
@@ -162,7 +162,7 @@ def main(arguments: list[str]) -> None:
     store.parent.mkdir(parents=True, exist_ok=True)
     known = {}
     if store.exists():
-        known = {r["mesh"]: Row(**r) for r in map(json.loads, store.read_text().splitlines())}
+        known = {r["mesh"]: MeshFound(**r) for r in map(json.loads, store.read_text().splitlines())}
     gm_ompl.plan("paper/push", planner="HybridRRTConnect", max_iterations=50)  # compiles
     for name, file in meshes():
         if name not in known:
@@ -170,9 +170,8 @@ def main(arguments: list[str]) -> None:
             with store.open("a") as out:
                 out.write(json.dumps(row.__dict__) + "\n")
             known[name] = row
-    head = [COLUMNS, "|---" * (COLUMNS.count("|") - 1) + "|"]
-    table = "\n".join([*head, *(line(row) for row in known.values())]) + "\n"
-    write_tables(ROOT / "docs" / "meshes.md", {"meshes": table})
+    content = table(HEAD, [cells(row) for row in known.values()])
+    write_tables(ROOT / "docs" / "meshes.md", {"meshes": content})
 
 
 if __name__ == "__main__":

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from gm_ompl.errors import InputError
+from gm_ompl.study.report import table
 from gm_ompl.writing import write_text
 
 
@@ -23,6 +24,14 @@ def write_page(name: str, tables: Mapping[str, Iterable[str]]) -> None:
     for mark, growing in tables.items():
         for content in growing:
             write_tables(page, {mark: content})
+
+
+def growing(head: Sequence[str], rows: Iterable[Sequence[object]]) -> Iterator[str]:
+    """Yield a Markdown table as its rows come, longer and longer."""
+    known: list[Sequence[object]] = []
+    for row in rows:
+        known.append(row)
+        yield table(head, known)
 
 
 def write_tables(page: Path, tables: Mapping[str, str]) -> None:

@@ -10,14 +10,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from gm_ompl.viz.canvas import save, styled
+from gm_ompl.viz.canvas import COLUMN, new_figure, save, styled
 
 from docs.tables.comparison import Comparison, produce
 from docs.tables.pages import write_tables
-from docs.tables.pictures import progress_figure
 from gm_ompl.planners.registry import PLANNERS
 from gm_ompl.study.report import COLOURS, TIMES, cost_quantiles, figure, success_curve, table
 from gm_ompl.study.store import RunRecord
@@ -28,10 +27,9 @@ DESIGN = Comparison(
     families=(),
     planners=tuple(name for name in PLANNERS if name != "dijkstra"),
 )
-PICTURE = Path("images/planners.svg")
-"""Beside the page."""
-EARLIEST_S = 0.01
-"""Where the curves' axis of time begins [s]."""
+PICTURE = Path("images/planners.svg")  # beside the page
+LINES = ("-", "--", ":")  # a colour alone does not tell a dozen planners apart for everybody
+EARLIEST_S = 0.01  # where the curves' axis of time begins [s]
 
 
 def rates(shown: Sequence[RunRecord], best: Mapping[str, float]) -> str:
@@ -55,39 +53,60 @@ def rates(shown: Sequence[RunRecord], best: Mapping[str, float]) -> str:
     return table(head, lines)
 
 
-def curves(
-    shown: Sequence[RunRecord], best: Mapping[str, float], end: float
-) -> dict[str, dict[str, dict[str, Any]]]:
-    """Return by scenario and planner what ``progress_figure`` draws, up to time ``end`` [s]."""
+Panels: TypeAlias = dict[str, dict[str, dict[str, Any]]]
+"""By scenario and planner "success" (times, shares of the runs) and "ratio" (times, median cost
+over the optimum; None while half the runs have no plan), times in s."""
+
+
+def curves(shown: Sequence[RunRecord], best: Mapping[str, float], end: float) -> Panels:
+    """Return what is drawn, up to time ``end`` [s]."""
     times = np.geomspace(EARLIEST_S, end, TIMES)
-    return {
-        scenario: {
-            planner: {
-                "success": success_curve(runs, end),
-                "ratio": (times.tolist(), _over_optimum(runs, best, times)),
-            }
-            for planner, runs in planners.items()
-        }
-        for scenario, planners in grouped(shown).items()
-    }
+    panels: Panels = {}
+    for scenario, planners in grouped(shown).items():
+        panels[scenario] = {}
+        for planner, runs in planners.items():
+            optimum = best.get(runs[0].scenario_key)
+            costs = cost_quantiles(runs, times)[1]
+            ratio = [None if optimum is None or c is None else c / optimum for c in costs]
+            panels[scenario][planner] = {
+                "success": success_curve(runs, end), "ratio": (times.tolist(), ratio)
+            }  # fmt: skip
+    return panels
 
 
-def _over_optimum(
-    runs: Sequence[RunRecord],
-    best: Mapping[str, float],
-    times: np.ndarray[Any, np.dtype[np.float64]],
-) -> list[float | None]:
-    """Return the median cost so far over the optimum; None while half the runs have no plan."""
-    optimum = best.get(runs[0].scenario_key)
-    median = cost_quantiles(runs, times)[1]
-    return [None if optimum is None or cost is None else cost / optimum for cost in median]
-
-
-def draw(panels: Mapping[str, Mapping[str, Mapping[str, Any]]], end: float, picture: Path) -> None:
+def draw(panels: Panels, end: float, picture: Path) -> None:
     """Write the picture of what ``curves`` returns."""
     picture.parent.mkdir(exist_ok=True)
     with styled():
-        save(progress_figure(panels, end, COLOURS), picture)
+        save(_figure(panels, end), picture)
+
+
+def _figure(panels: Panels, end: float) -> Any:
+    """Draw a column per scenario: success above, cost below."""
+    figure = new_figure(2.1 * COLUMN, 1.35 * COLUMN)
+    axes = figure.subplots(2, len(panels), sharex=True, sharey="row", squeeze=False)
+    for column, (scenario, planners) in enumerate(panels.items()):
+        above, below = axes[0][column], axes[1][column]
+        above.set_title(scenario)
+        for number, (name, curve) in enumerate(planners.items()):
+            style = {
+                "color": COLOURS[number % len(COLOURS)],
+                "linestyle": LINES[number % len(LINES)],
+                "drawstyle": "steps-post",
+            }
+            above.plot(*curve["success"], label=name, **style)
+            times, ratios = curve["ratio"]
+            below.plot(times, [float("nan") if r is None else r for r in ratios], **style)
+        below.axhline(1.0, color="0.6", linewidth=0.6)
+        below.set_xscale("log")
+        below.set_yscale("log")
+        below.set_xlabel("time [s]")
+        below.set_xlim(right=end)
+    axes[0][0].set_ylabel("share of runs with a plan")
+    axes[1][0].set_ylabel("cost over the lattice's optimum (median)")
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=6, frameon=False)
+    return figure
 
 
 def write(

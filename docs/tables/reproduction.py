@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, product
 
-from docs.tables.pages import write_page
+from docs.tables.pages import growing, write_page
 from gm_ompl import api
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep
-from gm_ompl.study.report import number, table
+from gm_ompl.study.report import number
 
 PAPER = (
     ("paper/slide", 533, 1007),
@@ -29,50 +29,36 @@ READINGS = (
     ("swapped: fingers 1.2, environment 0.15",
      ("friction.finger=1.2", "friction.environment=0.15")),
 )  # fmt: skip
-F_MAX = 3.0
-"""The cork scenario's limit [N]."""
+F_MAX = 3.0  # the cork scenario's limit [N]
 
 
-def results() -> str:
-    """Return the table of the paper's scenarios."""
-    rows = []
+def results() -> Iterator[tuple[object, ...]]:
+    """Yield the rows of the paper's scenarios."""
     for name, with_heuristic, without in PAPER:
         api.plan(name)  # the second time counts: compiled code is loaded
         started = time.process_time()
         plan = api.plan(name)
         seconds = time.process_time() - started
         spent = plan.statistics
-        rows.append((
+        yield (
             name, "; ".join(stages(plan)), _yes(plan.optimal), number(plan.cost, 6),
             number(plan.regrasps), number(spent.expanded), number(spent.mode_decisions),
             f"{seconds:.2f}", number(with_heuristic), number(without),
             _yes(api.check(plan).holds),
-        ))  # fmt: skip
-    head = (
-        "scenario", "plan", "proven optimal", "cost", "regrasps", "nodes expanded",
-        "mode decisions", "CPU s", "paper: A*, min", "paper: no heuristic, min", "check",
-    )  # fmt: skip
-    return table(head, rows)
+        )  # fmt: skip
 
 
-def cork() -> str:
-    """Return the table of the cork box: two readings of the friction, f_max within 20 %."""
-    rows = []
-    for reading, changes in READINGS:
-        for factor in (0.8, 1.0, 1.2):
-            limit = f"fingers.max_normal_force={factor * F_MAX:g}"
-            plan = api.plan(api.load("paper/cork", [*changes, limit]))
-            rows.append((
-                reading, f"{factor * F_MAX:g}", plan.status, _yes(plan.optimal),
-                number(plan.cost, 6), number(plan.regrasps), "; ".join(stages(plan)) or "-",
-                _yes(one_finger_in_force_control(plan)), number(plan.least_z),
-                _yes(api.check(plan).holds),
-            ))  # fmt: skip
-    head = (
-        "friction", "f_max, N", "ends", "proven optimal", "cost", "regrasps", "plan",
-        "one finger in force control throughout", "least z, N", "check",
-    )  # fmt: skip
-    return table(head, rows)
+def cork() -> Iterator[tuple[object, ...]]:
+    """Yield the rows of the cork box: two readings of the friction, f_max within 20 %."""
+    for (reading, changes), factor in product(READINGS, (0.8, 1.0, 1.2)):
+        limit = f"fingers.max_normal_force={factor * F_MAX:g}"
+        plan = api.plan(api.load("paper/cork", [*changes, limit]))
+        yield (
+            reading, f"{factor * F_MAX:g}", plan.status, _yes(plan.optimal),
+            number(plan.cost, 6), number(plan.regrasps), "; ".join(stages(plan)) or "-",
+            _yes(one_finger_in_force_control(plan)), number(plan.least_z),
+            _yes(api.check(plan).holds),
+        )  # fmt: skip
 
 
 def stages(plan: Plan) -> Iterator[str]:
@@ -110,4 +96,13 @@ def _yes(value: bool) -> str:
 
 
 if __name__ == "__main__":
-    write_page("reproduction", {"results": [results()], "cork": [cork()]})
+    write_page("reproduction", {
+        "results": growing((
+            "scenario", "plan", "proven optimal", "cost", "regrasps", "nodes expanded",
+            "mode decisions", "CPU s", "paper: A*, min", "paper: no heuristic, min", "check",
+        ), results()),
+        "cork": growing((
+            "friction", "f_max, N", "ends", "proven optimal", "cost", "regrasps", "plan",
+            "one finger in force control throughout", "least z, N", "check",
+        ), cork()),
+    })  # fmt: skip

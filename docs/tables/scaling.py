@@ -10,21 +10,20 @@ from __future__ import annotations
 import statistics
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gm_ompl.viz.canvas import save, styled
+import numpy as np
+from gm_ompl.viz.canvas import COLUMN, new_figure, save, styled
 
 from docs.tables.measure import measured
 from docs.tables.pages import write_tables
-from docs.tables.pictures import scaling_figure
 from gm_ompl import api
 from gm_ompl.study.report import number, table
 
-LIMIT = 30.0
-"""Wall time per search and per run [s]."""
+LIMIT = 30.0  # wall time per search and per run [s]
 
 SEEDS = 10
 SAMPLER = "HybridRRTConnect"
@@ -32,19 +31,12 @@ SAMPLER = "HybridRRTConnect"
 
 @dataclass(frozen=True)
 class Case:
-    """One scenario on an axis.
+    """One scenario on an axis."""
 
-    Attributes:
-        series: what the axis varies of it.
-        freedom: the object's degrees of freedom.
-        scenario: a shipped name.
-        changes: "KEY=VALUE" overrides.
-    """
-
-    series: str
-    freedom: int
-    scenario: str
-    changes: tuple[str, ...]
+    series: str  # what the axis varies of it
+    freedom: int  # the object's degrees of freedom
+    scenario: str  # a shipped name
+    changes: tuple[str, ...]  # "KEY=VALUE" overrides
 
 
 def _steps(length: str, yaw: str) -> str:
@@ -155,6 +147,55 @@ def study(
     picture.parent.mkdir(exist_ok=True)
     with styled():
         save(scaling_figure(panels, limit), picture)
+
+
+def scaling_figure(panels: Mapping[str, Sequence[Mapping[str, Any]]], limit: float) -> Any:
+    """Draw one panel per quantity that was varied, by its name; inside ``styled`` alone.
+
+    Args:
+        panels: by the varied quantity's name, what ``measurements`` says of its picture.
+        limit: where searches were stopped [s]; drawn as a line.
+    """
+    figure = new_figure(2.1 * COLUMN, 0.85 * COLUMN)
+    axes = figure.subplots(1, len(panels), sharey=True)
+    for ax, (name, rows) in zip(axes, panels.items(), strict=True):
+        names = list(dict.fromkeys(row["series"] for row in rows))
+        for series, line in zip(names, ("-", "--", ":", "-.")[: len(names)], strict=True):
+            _series(ax, [row for row in rows if row["series"] == series], line)
+            ax.plot([], [], line, color="0.3", label=series)
+        ax.axhline(limit, color="0.6", linewidth=0.6)
+        ax.set_xscale("linear" if name == "fingers" else "log")
+        ax.set_yscale("log")
+        ax.set_xlabel(name)
+        ax.legend(frameon=False, loc="best", handlelength=2.2)
+    axes[0].set_ylabel("CPU time [s]")
+    hollow = {**ENDED, "markerfacecolor": "white"}
+    looks = (
+        ("o-", ENDED, "astar"), ("o", hollow, "astar, not ended within its limit"),
+        ("s-", FOUND, f"{SAMPLER}, first plan"),
+    )  # fmt: skip
+    handles = [axes[0].plot([], [], form, label=label, **look)[0] for form, look, label in looks]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+ENDED = {"color": "#1f77b4", "markersize": 3.5}
+FOUND = {"color": "#d62728", "markersize": 2.5}
+
+
+def _series(ax: Any, rows: Sequence[Mapping[str, Any]], line: str) -> None:
+    """Draw one scenario's times: on the lattice, and by sampling where that found plans."""
+    ax.plot(
+        [row["x"] for row in rows], [row["lattice"] for row in rows], line, color=ENDED["color"]
+    )
+    for row in rows:
+        face = ENDED["color"] if row["proven"] else "white"
+        ax.plot(row["x"], row["lattice"], "o", markerfacecolor=face, **ENDED)
+    known = [row for row in rows if row["sampling"] is not None]
+    x, y, low, high = (np.array([r[k] for r in known]) for k in ("x", "sampling", "lo", "hi"))
+    ax.errorbar(
+        x, y, (y - low, high - y), fmt=line, marker="s", elinewidth=0.6, capsize=1.5, **FOUND
+    )
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -1,25 +1,24 @@
-"""``gm-ompl execute``."""
+"""``gm-ompl execute`` and ``export``: a plan over time."""
 
 from __future__ import annotations
 
 import math
 from contextlib import nullcontext
 
-from gm_ompl.app.exits import Exit
-from gm_ompl.app.options import require
+from gm_ompl.app.commands import Exit, require
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.showing import opened
-from gm_ompl.app.verbs import ExecuteVerb
+from gm_ompl.app.verbs import ExecuteVerb, ExportVerb
 from gm_ompl.simulation.disturb import disturb, largest, probe
 from gm_ompl.simulation.execute import VariationReport, perform, prepare, vary
+from gm_ompl.simulation.export import table
 from gm_ompl.simulation.physics import load
 from gm_ompl.simulation.pulses import PulseReport
 from gm_ompl.simulation.timeline import Pace
 from gm_ompl.simulation.video import Film
-from gm_ompl.writing import plain
+from gm_ompl.writing import plain, write_text
 
-ENOUGH = 0.95
-"""Share of the trials that must succeed."""
+ENOUGH = 0.95  # share of the trials that must succeed
 
 
 def execute_command(request: ExecuteVerb) -> Exit:
@@ -64,13 +63,20 @@ def execute_command(request: ExecuteVerb) -> Exit:
 
 
 def _check(request: ExecuteVerb) -> None:
-    """Refuse numbers that make no sense.
-
-    Raises:
-        InputError: an option's value is wrong.
-    """
+    """Refuse numbers that make no sense."""
     fraction, percent = request.disturb, request.vary
     holds = fraction is None or (math.isfinite(fraction) and fraction > 0)
     require(holds, "--disturb", fraction, "a positive fraction of z, such as 0.8")
     holds = percent is None or 0 < percent <= 50
     require(holds, "--vary", percent, "a percentage above 0, at most 50")
+
+
+def export_command(request: ExportVerb) -> Exit:
+    """Write the plan over time as CSV."""
+    target = writable(request.output)
+    assert target is not None
+    with opened(request.plan_file) as plan:
+        text = table(plan, Pace(speed=request.speed), request.rate)
+    write_text(target, text)
+    note(f"written to {request.output}")
+    return Exit.OK

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import gm_ompl
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
 from gm_ompl.diagnosis.values import (
@@ -17,11 +17,12 @@ from gm_ompl.diagnosis.values import (
     InstantLine,
     ModeLine,
     SetLine,
+    Stretch,
     Survey,
 )
 from gm_ompl.errors import InputError
 
-_PLACEMENT = re.compile(r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])")
+_PLACEMENT = r"([^:,\s]+):(?:(\d+)\.(\d+)|\[\s*(\d+)\s*,\s*(\d+)\s*\])"
 
 
 def explain_command(request: ExplainVerb) -> Exit:
@@ -31,13 +32,9 @@ def explain_command(request: ExplainVerb) -> Exit:
     scenario = gm_ompl.load(request.scenario, request.overrides or ())
     show_warnings(scenario)
     explanation = gm_ompl.explain(
-        scenario,
-        at,
-        places,
-        samples=request.samples,
-        seed=request.seed,
+        scenario, at, places, samples=request.samples, seed=request.seed,
         time_limit=request.time_limit,
-    )
+    )  # fmt: skip
     if request.as_json:
         say_json(explanation.to_dict())
     else:
@@ -52,24 +49,13 @@ def read_placements(text: str) -> list[tuple[str, tuple[int, int]]]:
     Raises:
         InputError: the text is something else.
     """
-    found, at = [], 0
-    while at <= len(text):
-        match = _PLACEMENT.match(text.strip(), at)
-        if match is None:
-            break
-        face, *cell = match.groups()
-        i, j = (int(part) for part in cell if part is not None)
-        found.append((face, (i, j)))
-        at = match.end()
-        if at == len(text.strip()):
-            return found
-        if text.strip()[at] != ",":
-            break
-        at += 1
-    raise InputError(
-        f"--placements {text!r}: must be FACE:CELL per finger, separated by commas, CELL as i.j "
-        "or [i,j]; for example -x:3.2,+z:[0,1]"
-    )
+    if not re.fullmatch(f"{_PLACEMENT}(,{_PLACEMENT})*", text.strip()):
+        raise InputError(
+            f"--placements {text!r}: must be FACE:CELL per finger, separated by commas, CELL as "
+            "i.j or [i,j]; for example -x:3.2,+z:[0,1]"
+        )
+    found = re.finditer(_PLACEMENT, text)
+    return [(one[1], (int(one[2] or one[4]), int(one[3] or one[5]))) for one in found]
 
 
 def read_coordinates(text: str) -> list[float]:
@@ -94,27 +80,23 @@ def read_coordinates(text: str) -> list[float]:
     return values
 
 
-MOST_LINES = 39
-"""What an explanation has at most; ``--json`` has all of it."""
+MOST_LINES = 39  # what an explanation has at most; ``--json`` has all of it
 FACES_SHOWN = 4
 CONTACTS_SHOWN = 8
 STRETCHES_SHOWN = 6
 MODES_SHOWN = 4
-WIDEST = 240
-"""Characters of a line at most."""
+WIDEST = 240  # characters of a line at most
 
 
 def lines(explanation: Explanation) -> list[str]:
     """Return the explanation as at most ``MOST_LINES`` lines for people."""
-    every = [_cut(line) for line in _all(explanation)]
+    every = [
+        line if len(line) <= WIDEST else line[: WIDEST - 3] + "..." for line in _all(explanation)
+    ]
     if len(every) <= MOST_LINES:
         return every
     kept = MOST_LINES - 1
     return [*every[:kept], f"... and {len(every) - kept} lines more: --json has all of it"]
-
-
-def _cut(line: str) -> str:
-    return line if len(line) <= WIDEST else line[: WIDEST - 3] + "..."
 
 
 def _all(explanation: Explanation) -> Iterator[str]:
@@ -188,21 +170,18 @@ def _set(line: SetLine) -> Iterator[str]:
             f"    without regrasping: {line.nodes_from_start:,} nodes reached from the start, "
             f"the goal reached from {line.nodes_to_goal:,}"
         )
-    if line.forward is not None:
-        yield f"    going forward it first fails at {_at(line.forward)}: {_why(line.forward)}"
-    if line.backward is not None:
-        yield f"    coming back it first fails at {_at(line.backward)}: {_why(line.backward)}"
+    for going, failed in (("going forward", line.forward), ("coming back", line.backward)):
+        if failed is not None:
+            yield f"    {going} it first fails at {_numbers(failed.q)}: {_why(failed)}"
     parts = (
-        f"    from {part.first:.4g} to {part.last:.4g}: "
-        f"{'; '.join(part.blocked_by) or part.finding.value}{_ratio(part.ratio)}"
-        for part in line.stretches
+        f"    from {part.first:.4g} to {part.last:.4g}: {_why(part)}" for part in line.stretches
     )
     yield from _shown(parts, STRETCHES_SHOWN, "stretches that fail")
 
 
 def _instant(line: InstantLine) -> Iterator[str]:
     moving = "at rest" if line.direction is None else f"moving along {_numbers(line.direction)}"
-    yield f"  at {_at(line)}, {moving}: {_why(line)}"
+    yield f"  at {_numbers(line.q)}, {moving}: {_why(line)}"
     if line.limit is not None and line.ratio is not None:
         yield f"    the disturbance that limits z: {line.limit}"
     best = sorted(line.modes, key=lambda row: -1.0 if row.z is None else row.z, reverse=True)
@@ -219,12 +198,8 @@ def _mode(row: ModeLine) -> str:
     return f"z = {row.z:.4g}" + (f" with f_com {', '.join(commands)}" if commands else "")
 
 
-def _why(line: InstantLine) -> str:
+def _why(line: InstantLine | Stretch) -> str:
     return f"{'; '.join(line.blocked_by) or line.finding.value}{_ratio(line.ratio)}"
-
-
-def _at(line: InstantLine) -> str:
-    return _numbers(line.q)
 
 
 def _numbers(values: Sequence[float]) -> str:

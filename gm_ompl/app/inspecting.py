@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import InspectVerb
 from gm_ompl.arrays import Array
@@ -14,8 +14,7 @@ from gm_ompl.geometry.solids import volume
 from gm_ompl.scenario.inspection import Inspection, inspect
 from gm_ompl.writing import write_text
 
-SHOWN = 12
-"""Resting poses, pieces and faces that are listed at most."""
+SHOWN = 12  # resting poses, pieces and faces that are listed at most
 
 
 def inspect_command(request: InspectVerb) -> Exit:
@@ -46,49 +45,33 @@ def lines(found: Inspection) -> Iterator[str]:
     yield f"  inertia         about it, at mass {mass:g}"
     for row in np.asarray(found.scenario.problem.inertia):
         yield f"                  {'  '.join(f'{value:13.6g}' for value in row)}"
-    yield from _rests(found)
-    yield from _pieces(found)
-    yield from _faces(found)
-
-
-def _rests(found: Inspection) -> Iterator[str]:
-    rests = found.rests
-    yield f"  resting poses   {len(rests)}, steadiest first" if rests else "  resting poses   none"
-    for pose in rests[:SHOWN]:
-        yield (
-            f"    {direction(pose.down)} down: height {pose.height:.9g}, falls beyond "
-            f"{np.rad2deg(pose.tilt):.3g} deg, on {pose.corners} corners, "
-            f"quaternion [{', '.join(f'{value:.6g}' for value in pose.rotation)}]"
-        )
-    yield from _more(len(rests))
-
-
-def _pieces(found: Inspection) -> Iterator[str]:
-    pieces = found.body.pieces
-    yield f"  convex pieces   {len(pieces)}"
-    total = sum(volume(piece) for piece in pieces)
-    for k, piece in enumerate(pieces[:SHOWN]):
-        yield (
-            f"    {k}: {len(piece.vertices)} corners, {len(piece.faces)} faces, "
-            f"{volume(piece) / total:.1%} of the volume"
-        )
-    yield from _more(len(pieces))
-
-
-def _faces(found: Inspection) -> Iterator[str]:
-    offered = [(name, face) for name, face in found.faces if name in found.offered]
-    yield f"  faces           {len(found.faces)}; {len(offered)} of them offered to fingers"
+    resting = f"{len(found.rests)}, steadiest first" if found.rests else "none"
+    yield from _listed("resting poses", resting, [
+        f"{direction(pose.down)} down: height {pose.height:.9g}, falls beyond "
+        f"{np.rad2deg(pose.tilt):.3g} deg, on {pose.corners} corners, "
+        f"quaternion [{', '.join(_numbers(np.asarray(pose.rotation)))}]"
+        for pose in found.rests
+    ])  # fmt: skip
+    sizes = [volume(piece) for piece in body.pieces]
+    yield from _listed("convex pieces", f"{len(sizes)}", [
+        f"{k}: {len(piece.vertices)} corners, {len(piece.faces)} faces, "
+        f"{size / sum(sizes):.1%} of the volume"
+        for k, (piece, size) in enumerate(zip(body.pieces, sizes, strict=True))
+    ])  # fmt: skip
     areas = {name: face.region().area for name, face in found.faces}
-    total = sum(areas.values())
-    largest = sorted(offered, key=lambda entry: -areas[entry[0]])[:SHOWN]
-    for name, face in largest:
-        yield f"    {name}: {direction(face.normal)}, {areas[name] / total:.1%} of the surface"
-    yield from _more(len(offered))
+    offered = [(name, face) for name, face in found.faces if name in found.offered]
+    yield from _listed("faces", f"{len(areas)}; {len(offered)} of them offered to fingers", [
+        f"{name}: {direction(face.normal)}, {areas[name] / sum(areas.values()):.1%} of the surface"
+        for name, face in sorted(offered, key=lambda entry: -areas[entry[0]])
+    ])  # fmt: skip
 
 
-def _more(count: int) -> Iterator[str]:
-    if count > SHOWN:
-        yield f"    and {count - SHOWN} more (--json has them all)"
+def _listed(what: str, head: str, rows: Sequence[str]) -> Iterator[str]:
+    """Yield a heading and the first rows below it."""
+    yield f"  {what:15s} {head}"
+    yield from (f"    {row}" for row in rows[:SHOWN])
+    if len(rows) > SHOWN:
+        yield f"    and {len(rows) - SHOWN} more (--json has them all)"
 
 
 def direction(vector: Array) -> str:

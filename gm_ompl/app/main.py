@@ -16,10 +16,8 @@ from typing import Annotated, Final
 import typer
 
 from gm_ompl import __version__
-from gm_ompl.app.exits import TRACEBACK_VARIABLE, Exit, Switches
-from gm_ompl.app.options import command
-from gm_ompl.app.output import note, show_log
-from gm_ompl.app.streams import hush_libraries, outlets
+from gm_ompl.app.commands import TRACEBACK_VARIABLE, Exit, Switches, command
+from gm_ompl.app.output import hush_libraries, note, outlets, show_log
 from gm_ompl.app.verbs import VERBS
 
 app = typer.Typer(
@@ -27,7 +25,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=True,
     rich_markup_mode=None,  # one plain message for a usage error, and a quicker start
-    pretty_exceptions_enable=False,  # exceptions are dealt with in exits.py
+    pretty_exceptions_enable=False,  # exceptions are dealt with in commands.py
     help="Plans graspless manipulation by multifingered robot hands, and checks plans.",
 )
 

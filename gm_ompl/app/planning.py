@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gm_ompl
-from gm_ompl.app.exits import EXIT_OF_STATUS, Exit
+from gm_ompl.app.commands import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.showing import write_html
 from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
-from gm_ompl.planners.planner import Progress, Report, Status
+from gm_ompl.planners.planner import Progress, Status
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
@@ -73,7 +73,9 @@ def plan_command(request: PlanVerb) -> Exit:
     """Plan, write the file, show the result."""
     output = writable(request.output)
     html, trace = writable(request.html, "--html"), writable(request.trace, "--trace")
-    _different(output, html, trace)
+    named = [target for target in (output, html, trace) if target is not None]
+    if len(set(named)) < len(named):
+        raise InputError("-o, --html and --trace must name different files")
     parameters = read_parameters(request.params)
     scenario = gm_ompl.load(request.scenario, request.overrides or ())
     show_warnings(scenario)
@@ -95,43 +97,22 @@ def plan_command(request: PlanVerb) -> Exit:
     return EXIT_OF_STATUS[plan.status]
 
 
-def _different(*targets: Path | None) -> None:
-    """Refuse to write two things to one file."""
-    named = [target for target in targets if target is not None]
-    if len(set(named)) < len(named):
-        raise InputError("-o, --html and --trace must name different files")
-
-
 def _search(
     request: PlanVerb, scenario: Scenario, parameters: dict[str, Any], trace: Path | None
 ) -> Plan:
     """Plan, the progress shown and, where asked for, traced."""
-
-    def plan(report: Report) -> Plan:
-        return gm_ompl.plan(
-            scenario,
-            planner=request.planner,
-            time_limit=request.time_limit,
-            max_iterations=request.max_iterations,
-            memory_limit=request.memory_limit,
-            seed=request.seed,
-            parameters=parameters,
-            report=report,
-        )
-
+    passed = ("planner", "time_limit", "max_iterations", "memory_limit", "seed")
+    options = {"parameters": parameters} | {name: getattr(request, name) for name in passed}
     with ProgressLine() as line:
         if trace is None:
-            return plan(line)
-        header = {
-            "scenario": scenario.name,
-            "planner": request.planner,
-            "seed": request.seed,
-            "coordinates": list(scenario.problem.motion.names),
-        }
+            return gm_ompl.plan(scenario, report=line, **options)
         from gm_ompl.planners.trace_file import TraceFile
 
+        names = list(scenario.problem.motion.names)
+        header = {"scenario": scenario.name, "planner": request.planner, "seed": request.seed,
+                  "coordinates": names}  # fmt: skip
         with TraceFile(trace, header, line) as report:
-            found = plan(report)
+            found = gm_ompl.plan(scenario, report=report, **options)
             report.end(found)
             return found
 
@@ -158,11 +139,9 @@ def read_parameters(path: Path | None) -> dict[str, Any]:
     return parameters
 
 
-def _wrong_parameters(text: str) -> InputError:
-    return InputError(f"--params {text}")
-
-
-PARAMETERS = Kind("file of parameters", "JSON or YAML", 2**20, _wrong_parameters)
+PARAMETERS = Kind(
+    "file of parameters", "JSON or YAML", 2**20, lambda text: InputError(f"--params {text}")
+)
 
 
 def summary(plan: Plan) -> Iterator[str]:

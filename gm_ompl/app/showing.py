@@ -1,4 +1,4 @@
-"""``list``, ``check``, ``view``, ``plot`` and ``export``: what there is, and what a plan says.
+"""``list``, ``check``, ``view`` and ``plot``: what there is, and what a plan says.
 
 What one of them alone needs is imported inside it.
 """
@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gm_ompl.app.exits import Exit
+from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.verbs import CheckVerb, ExportVerb, ListVerb, PlotVerb, ViewVerb
+from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, ViewVerb
 from gm_ompl.errors import InputError, MisfitError, PlanError, ScenarioError, did_you_mean
 from gm_ompl.planfile.fit import in_file
 from gm_ompl.planfile.model import Plan
@@ -144,17 +144,3 @@ def _figure(animation: Animation, show: str, trace: Path | None) -> Any:
     from gm_ompl.viz.figures import forces_figure
 
     return forces_figure(animation)
-
-
-def export_command(request: ExportVerb) -> Exit:
-    """Write the plan over time as CSV."""
-    from gm_ompl.simulation.export import table
-    from gm_ompl.simulation.timeline import Pace
-
-    target = writable(request.output)
-    assert target is not None
-    with opened(request.plan_file) as plan:
-        text = table(plan, Pace(speed=request.speed), request.rate)
-    write_text(target, text)
-    note(f"written to {request.output}")
-    return Exit.OK

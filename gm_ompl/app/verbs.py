@@ -1,33 +1,37 @@
 """What every verb takes: its options and its help, in the order of ``--help``.
 
-A dataclass per verb, which ``options.command`` makes a command of.
+A dataclass per verb, which ``commands.command`` makes a command of.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
-from gm_ompl.app.options import argument, option
+from gm_ompl.app.commands import argument, option
 
-AsJson = Annotated[bool, option("Print one JSON object and nothing else.", None, "--json")]
-Scenario = Annotated[str, argument("A shipped name, or a file.", "SCENARIO")]
-Scenarios = Annotated[list[str], argument("Shipped names, or files.", "SCENARIO...")]
-Overrides = Annotated[
-    list[str] | None,
-    option("Replace a value of the scenario; may be repeated.", "KEY=VALUE", "--set"),
-]
-Executor = Annotated[str, option("Where runs are made: local, or dask://HOST:PORT.", "WHERE")]
-Speed = Annotated[float, option("The fastest vertex's speed, object sizes per s.", "V")]
-PlanFile = Annotated[Path, argument("A plan, as plan -o writes it.", "PLAN.json")]
+_as_json = partial(option, False, "Print one JSON object and nothing else.", None, "--json")
+_scenario = partial(argument, "A shipped name, or a file.", "SCENARIO")
+_scenarios = partial(argument, "Shipped names, or files.", "SCENARIO...")
+_changes = partial(
+    option, None, "Replace a value of the scenario; may be repeated.", "KEY=VALUE", "--set"
+)
+_executor = partial(option, "local", "Where runs are made: local, or dask://HOST:PORT.", "WHERE")
+_speed = partial(option, 0.3, "The fastest vertex's speed, object sizes per s.", "V")
+_plan_file = partial(argument, "A plan, as plan -o writes it.", "PLAN.json")
+
+
+def _output(default: Any, text: str, metavar: str) -> Any:
+    return option(default, text, metavar, "--output", "-o")
 
 
 @dataclass(frozen=True)
 class ListVerb:
     """List the shipped scenarios."""
 
-    as_json: AsJson = False
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -38,28 +42,20 @@ class PlanVerb:
     spent without a plan, 130 interrupted.
     """
 
-    scenario: Scenario
-    planner: Annotated[str, option("The planner's name.")] = "astar"
-    time_limit: Annotated[float | None, option("Stop after this many seconds.", "S")] = None
-    max_iterations: Annotated[
-        int | None, option("Stop after this many iterations (node expansions).", "N")
-    ] = None
-    memory_limit: Annotated[
-        float | None, option("Stop when the process uses this much memory.", "MB")
-    ] = None
-    seed: Annotated[int, option("Seed of randomised planners.", "N")] = 0
-    params: Annotated[Path | None, option("The planner's parameters, JSON or YAML.", "FILE")] = None
-    overrides: Overrides = None
-    output: Annotated[
-        Path | None, option("Write the plan there.", "PLAN.json", "--output", "-o")
-    ] = None
-    html: Annotated[Path | None, option("Write a page there that shows the plan.", "VIEW.html")] = (
-        None
+    scenario: str = _scenario()
+    planner: str = option("astar", "The planner's name.")
+    time_limit: float | None = option(None, "Stop after this many seconds.", "S")
+    max_iterations: int | None = option(
+        None, "Stop after this many iterations (node expansions).", "N"
     )
-    trace: Annotated[
-        Path | None, option("Keep there what the search did, for pictures.", "FILE")
-    ] = None
-    as_json: AsJson = False
+    memory_limit: float | None = option(None, "Stop when the process uses this much memory.", "MB")
+    seed: int = option(0, "Seed of randomised planners.", "N")
+    params: Path | None = option(None, "The planner's parameters, JSON or YAML.", "FILE")
+    overrides: list[str] | None = _changes()
+    output: Path | None = _output(None, "Write the plan there.", "PLAN.json")
+    html: Path | None = option(None, "Write a page there that shows the plan.", "VIEW.html")
+    trace: Path | None = option(None, "Keep there what the search did, for pictures.", "FILE")
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -69,16 +65,16 @@ class ExplainVerb:
     What is suggested has been judged again. Of many sets of placements some are drawn at random.
     """
 
-    scenario: Scenario
-    at: Annotated[str | None, option("Only there: 0 to 1 along a path, or X,Y,YAW.", "S")] = None
-    placements: Annotated[
-        str | None, option("Only these, one per finger; CELL is i.j or [i,j].", "FACE:CELL,...")
-    ] = None
-    samples: Annotated[int | None, option("Sets of placements judged at most.", "N", min=1)] = None
-    seed: Annotated[int, option("Seed of the sampling.", "N", min=0)] = 0
-    time_limit: Annotated[float, option("For all of it; 0: without any search.", "S", min=0)] = 30.0
-    overrides: Overrides = None
-    as_json: AsJson = False
+    scenario: str = _scenario()
+    at: str | None = option(None, "Only there: 0 to 1 along a path, or X,Y,YAW.", "S")
+    placements: str | None = option(
+        None, "Only these, one per finger; CELL is i.j or [i,j].", "FACE:CELL,..."
+    )
+    samples: int | None = option(None, "Sets of placements judged at most.", "N", min=1)
+    seed: int = option(0, "Seed of the sampling.", "N", min=0)
+    time_limit: float = option(30.0, "For all of it; 0: without any search.", "S", min=0)
+    overrides: list[str] | None = _changes()
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -89,8 +85,8 @@ class CheckVerb:
     not hold.
     """
 
-    plan_file: PlanFile
-    as_json: AsJson = False
+    plan_file: Path = _plan_file()
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -100,35 +96,29 @@ class ViewVerb:
     The address it says can be reached from this machine alone; Ctrl-C ends.
     """
 
-    plan_file: PlanFile
-    html: Annotated[
-        Path | None, option("Write one stand-alone page instead of serving it.", "FILE")
-    ] = None
-    port: Annotated[int, option("Port; 0 takes any free one.", "N", min=0, max=65535)] = 0
+    plan_file: Path = _plan_file()
+    html: Path | None = option(None, "Write one stand-alone page instead of serving it.", "FILE")
+    port: int = option(0, "Port; 0 takes any free one.", "N", min=0, max=65535)
 
 
 @dataclass(frozen=True)
 class PlotVerb:
     """Draw a plan: its forces, its decisive moments, or its search."""
 
-    plan_file: PlanFile
-    output: Annotated[Path, option("Where: .png, .svg or .pdf.", "FILE", "--output", "-o")]
-    show: Annotated[
-        str, option("forces (with modes, z and travel), snapshots, or search.", "WHAT")
-    ] = "forces"
-    trace: Annotated[Path | None, option("What plan --trace kept, for --show search.", "FILE")] = (
-        None
-    )
+    plan_file: Path = _plan_file()
+    output: Path = _output(..., "Where: .png, .svg or .pdf.", "FILE")
+    show: str = option("forces", "forces (with modes, z and travel), snapshots, or search.", "WHAT")
+    trace: Path | None = option(None, "What plan --trace kept, for --show search.", "FILE")
 
 
 @dataclass(frozen=True)
 class ExportVerb:
     """Write timed poses, control modes and commanded forces for a controller."""
 
-    plan_file: PlanFile
-    output: Annotated[Path, option("Where to write it.", "FILE.csv", "--output", "-o")]
-    speed: Speed = 0.3
-    rate: Annotated[float, option("Rows per second.", "HZ")] = 100.0
+    plan_file: Path = _plan_file()
+    output: Path = _output(..., "Where to write it.", "FILE.csv")
+    speed: float = _speed()
+    rate: float = option(100.0, "Rows per second.", "HZ")
 
 
 @dataclass(frozen=True)
@@ -139,34 +129,26 @@ class ExecuteVerb:
     the trials do.
     """
 
-    plan_file: PlanFile
-    seed: Annotated[int, option("Seed of all trials.", "N", min=0)] = 0
-    probe: Annotated[
-        int, option("Pulses where and in the direction in which z is weakest.", "N", min=0)
-    ] = 5
-    disturb: Annotated[
-        float | None, option("Put pulses of this fraction of z on it as well.", "FRACTION")
-    ] = None
-    largest: Annotated[
-        int | None, option("Find the largest pulse withstood at N times.", "N", min=1)
-    ] = None
-    vary: Annotated[
-        float | None, option("Execute it in worlds that are off by this, too.", "PERCENT")
-    ] = None
-    trials: Annotated[int, option("Pulses of --disturb, or worlds of --vary.", "N", min=1)] = 20
-    speed: Speed = 0.3
-    lean: Annotated[
-        bool,
-        option(
-            "Whether fingers lean on the object with the forces of a balance, or hold positions "
-            "and commanded normal forces alone."
-        ),
-    ] = True
-    video: Annotated[Path | None, option("Write a film: .mp4 or .gif.", "FILE")] = None
-    plot: Annotated[
-        Path | None, option("Draw measured and planned forces: .png, .svg or .pdf.", "FILE")
-    ] = None
-    as_json: AsJson = False
+    plan_file: Path = _plan_file()
+    seed: int = option(0, "Seed of all trials.", "N", min=0)
+    probe: int = option(5, "Pulses where and in the direction in which z is weakest.", "N", min=0)
+    disturb: float | None = option(
+        None, "Put pulses of this fraction of z on it as well.", "FRACTION"
+    )
+    largest: int | None = option(None, "Find the largest pulse withstood at N times.", "N", min=1)
+    vary: float | None = option(None, "Execute it in worlds that are off by this, too.", "PERCENT")
+    trials: int = option(20, "Pulses of --disturb, or worlds of --vary.", "N", min=1)
+    speed: float = _speed()
+    lean: bool = option(
+        True,
+        "Whether fingers lean on the object with the forces of a balance, or hold positions "
+        "and commanded normal forces alone.",
+    )
+    video: Path | None = option(None, "Write a film: .mp4 or .gif.", "FILE")
+    plot: Path | None = option(
+        None, "Draw measured and planned forces: .png, .svg or .pdf.", "FILE"
+    )
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -177,16 +159,14 @@ class CompareVerb:
     benchmark logs and database. Exit codes: 0 done, 2 bad input, 130 interrupted.
     """
 
-    scenarios: Scenarios
-    planners: Annotated[str, option("Planners; the others are set against the first.", "A,B,...")]
-    seeds: Annotated[int, option("Runs per scenario and randomised planner.", "N", min=1)] = 20
-    time_limit: Annotated[float, option("Of each run, in seconds.", "S")] = 5.0
-    memory_limit: Annotated[float | None, option("Of each run's process.", "MB")] = None
-    max_iterations: Annotated[int | None, option("Of each run.", "M")] = None
-    executor: Executor = "local"
-    output: Annotated[Path, option("Folder of runs and reports.", "DIR", "--output", "-o")] = Path(
-        "comparison"
-    )
+    scenarios: list[str] = _scenarios()
+    planners: str = option(..., "Planners; the others are set against the first.", "A,B,...")
+    seeds: int = option(20, "Runs per scenario and randomised planner.", "N", min=1)
+    time_limit: float = option(5.0, "Of each run, in seconds.", "S")
+    memory_limit: float | None = option(None, "Of each run's process.", "MB")
+    max_iterations: int | None = option(None, "Of each run.", "M")
+    executor: str = _executor()
+    output: Path = _output(Path("comparison"), "Folder of runs and reports.", "DIR")
 
 
 @dataclass(frozen=True)
@@ -197,43 +177,36 @@ class TuneVerb:
     after it keeps runs, trials and report.html. Exit codes: 0 done, 2 bad input, 130 interrupted.
     """
 
-    scenarios: Scenarios
-    planner: Annotated[str, option("The planner to tune.", "NAME")]
-    trials: Annotated[int, option("Trials in all.", "N", min=1)]
-    hold_out: Annotated[
-        list[str] | None,
-        option("Score the winner on this; repeat. Default: every third.", "SCENARIO"),
-    ] = None
-    objective: Annotated[
-        str,
-        option(
-            "Make small: decisions (mode decisions to the first plan), time (to it), cost, or "
-            "both (decisions and cost).",
-            "WHAT",
-        ),
-    ] = "decisions"
-    seeds: Annotated[int, option("Runs per scenario and trial.", "N", min=1)] = 3
-    max_iterations: Annotated[int | None, option("Of each run.", "M")] = 2000
-    time_limit: Annotated[float | None, option("Of each run, in seconds.", "S")] = None
-    seed: Annotated[int, option("Of the search.", "N", min=0)] = 0
-    executor: Executor = "local"
-    output: Annotated[Path, option("File for plan --params.", "PARAMS", "--output", "-o")] = Path(
-        "tuned.json"
+    scenarios: list[str] = _scenarios()
+    planner: str = option(..., "The planner to tune.", "NAME")
+    trials: int = option(..., "Trials in all.", "N", min=1)
+    hold_out: list[str] | None = option(
+        None, "Score the winner on this; repeat. Default: every third.", "SCENARIO"
     )
+    objective: str = option(
+        "decisions",
+        "Make small: decisions (mode decisions to the first plan), time (to it), cost, or "
+        "both (decisions and cost).",
+        "WHAT",
+    )
+    seeds: int = option(3, "Runs per scenario and trial.", "N", min=1)
+    max_iterations: int | None = option(2000, "Of each run.", "M")
+    time_limit: float | None = option(None, "Of each run, in seconds.", "S")
+    seed: int = option(0, "Of the search.", "N", min=0)
+    executor: str = _executor()
+    output: Path = _output(Path("tuned.json"), "File for plan --params.", "PARAMS")
 
 
 @dataclass(frozen=True)
 class BenchVerb:
     """Measure the project's own speed, as ratios in one run (about two minutes)."""
 
-    scenario: Annotated[
-        list[str] | None, option("Measure this one; may be repeated.", "SCENARIO")
-    ] = None
-    repeat: Annotated[int, option("Repetitions of what is short.", "N")] = 5
-    highs: Annotated[int, option("Decisions per search that HiGHS makes, too.", "N")] = 20
-    search_limit: Annotated[float, option("Wall time of each search measured.", "S")] = 10.0
-    overrides: Overrides = None
-    as_json: AsJson = False
+    scenario: list[str] | None = option(None, "Measure this one; may be repeated.", "SCENARIO")
+    repeat: int = option(5, "Repetitions of what is short.", "N")
+    highs: int = option(20, "Decisions per search that HiGHS makes, too.", "N")
+    search_limit: float = option(10.0, "Wall time of each search measured.", "S")
+    overrides: list[str] | None = _changes()
+    as_json: bool = _as_json()
 
 
 @dataclass(frozen=True)
@@ -245,10 +218,10 @@ class InspectVerb:
     mass 1.
     """
 
-    mesh: Annotated[str, argument("A mesh file, or a scenario.", "MESH")]
-    overrides: Overrides = None
-    html: Annotated[Path | None, option("Write a stand-alone page that shows it.", "FILE")] = None
-    as_json: AsJson = False
+    mesh: str = argument("A mesh file, or a scenario.", "MESH")
+    overrides: list[str] | None = _changes()
+    html: Path | None = option(None, "Write a stand-alone page that shows it.", "FILE")
+    as_json: bool = _as_json()
 
 
 VERBS = {
@@ -258,11 +231,11 @@ VERBS = {
     "check": (CheckVerb, ".showing:check_command"),
     "view": (ViewVerb, ".showing:view_command"),
     "plot": (PlotVerb, ".showing:plot_command"),
-    "export": (ExportVerb, ".showing:export_command"),
+    "export": (ExportVerb, ".executing:export_command"),
     "inspect": (InspectVerb, ".inspecting:inspect_command"),
     "execute": (ExecuteVerb, ".executing:execute_command"),
-    "compare": (CompareVerb, ".comparing:compare_command"),
-    "tune": (TuneVerb, ".tuning:tune_command"),
-    "bench": (BenchVerb, ".benching:bench_command"),
+    "compare": (CompareVerb, ".studying:compare_command"),
+    "tune": (TuneVerb, ".studying:tune_command"),
+    "bench": (BenchVerb, ".studying:bench_command"),
 }
 """In the order of ``--help``: what a verb takes, and who carries it out."""

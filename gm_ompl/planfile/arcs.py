@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 from gm_ompl.errors import InputError
@@ -15,7 +12,6 @@ from gm_ompl.motion.straight import UPRIGHT, Straight
 from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.planfile.record import (
     ArcRecord,
-    PoseRecord,
     RotationArc,
     StraightArc,
     StraightLine,
@@ -23,19 +19,15 @@ from gm_ompl.planfile.record import (
     Turn,
 )
 
-ROUNDING = 1e-12
-"""What a quaternion in a file may have rounded away."""
+ROUNDING = 1e-12  # what a quaternion in a file may have rounded away
 
 
 def arc_record(arc: Arc) -> ArcRecord:
     """Return what a plan file says of ``arc``, beside the pose where it begins."""
-    write = _WRITERS.get(type(arc))
-    if write is None:
+    if isinstance(arc, Straight):
+        return StraightArc(straight=StraightLine(from_=arc.tail, to=arc.head))
+    if not isinstance(arc, Screw):
         raise InputError(f"a plan file has no form for arcs of the kind {type(arc).__name__}")
-    return write(arc)
-
-
-def _screw(arc: Screw) -> ArcRecord:
     piece = arc.piece
     if isinstance(piece, Slide):
         return TranslationArc(translation=tuple(piece.by.tolist()))
@@ -43,21 +35,10 @@ def _screw(arc: Screw) -> ArcRecord:
     return RotationArc(rotation=Turn(point=point, axis=axis, angle=float(piece.angle)))
 
 
-def _straight(arc: Straight) -> ArcRecord:
-    return StraightArc(straight=StraightLine(from_=arc.tail, to=arc.head))
-
-
-_WRITERS: dict[type, Callable[[Any], ArcRecord]] = {Screw: _screw, Straight: _straight}
-
-
-def pose_of(record: PoseRecord) -> Pose:
-    """Return a stored pose."""
-    return Pose.from_quaternion(record.position, record.quaternion)
-
-
 def arc_of(step: DisplacementStep) -> Arc:
     """Return the arc of a displacement step, from what the file says of it alone."""
-    record, start = step.arc, pose_of(step.pose_from)
+    record = step.arc
+    start = Pose.from_quaternion(step.pose_from.position, step.pose_from.quaternion)
     if isinstance(record, TranslationArc):
         return Screw(start, Slide(np.array(record.translation)))
     if isinstance(record, RotationArc):

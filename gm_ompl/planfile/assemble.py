@@ -16,12 +16,11 @@ from gm_ompl.planfile.model import (
     PlacementRecord,
     Plan,
     RegraspStep,
-    SegmentRecord,
     Statistics,
     Status,
 )
 from gm_ompl.planfile.record import PlanPart, PoseRecord
-from gm_ompl.problem import Displacement, Move, Problem, Regrasp
+from gm_ompl.problem import Displacement, Move, Problem
 
 Part = TypeVar("Part", bound=PlanPart)
 
@@ -63,6 +62,12 @@ def assemble(
         pydantic.ValidationError: ``statistics`` or ``parameters`` cannot be stored as JSON.
     """
     steps = tuple(_step(problem, move) for move in moves)
+    plain: dict[str, Any] = {
+        k: _finite(v) if isinstance(v, float) else v for k, v in statistics.items()
+    }
+    history = tuple(
+        (float(t), _finite(cost), _finite(low)) for t, cost, low in plain.pop("history")
+    )
     cost = math.fsum(step.cost for step in steps) if status == "solved" or steps else None
     if cost is not None and lower_bound is not None:
         lower_bound = min(lower_bound, cost)
@@ -77,7 +82,7 @@ def assemble(
         lower_bound=_finite(lower_bound),
         regrasps=None if cost is None else sum(step.kind == "regrasp" for step in steps),
         scenario=dict(scenario),
-        statistics=_statistics(statistics),
+        statistics=Statistics(**plain, history=history),
         steps=steps,
     )
 
@@ -86,77 +91,38 @@ def _finite(number: float | None) -> float | None:
     return float(number) if number is not None and math.isfinite(number) else None
 
 
-def _statistics(given: Mapping[str, Any]) -> Statistics:
-    history = tuple(
-        (float(time), _finite(cost), _finite(bound)) for time, cost, bound in given["history"]
-    )
-    plain = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in given.items()
-    }
-    return Statistics.model_validate({**plain, "history": history})
-
-
 def _step(problem: Problem, move: Move) -> DisplacementStep | RegraspStep:
+    """Return the step that a move makes."""
+    placements = [placement_record(problem, row) for row in move.placements]
+    limits = problem.fingers.max_normal_force
+
+    def control(decision: ModeDecision, lifted: int | None = None) -> dict[str, Any]:
+        """Return modes, f_com and z, with no mode and no force for a lifted finger."""
+        modes: list[Mode | None] = [mode.value for mode in decision.modes]
+        forces = list(decision.f_com)
+        if lifted is not None:
+            modes.insert(lifted, None)
+            forces.insert(lifted, None)
+        f_com = [_within(f, limit) for f, limit in zip(forces, limits, strict=True)]
+        return {"modes": modes, "f_com": f_com, "z": decision.z}
+
     if isinstance(move, Displacement):
-        return _displacement(problem, move)
-    return _regrasp(problem, move)
-
-
-def _displacement(problem: Problem, move: Displacement) -> DisplacementStep:
-    limits = problem.fingers.max_normal_force
-    segments = tuple(
-        SegmentRecord(
-            modes=_modes(decision),
-            f_com=tuple(_within(f, m) for f, m in zip(decision.f_com, limits, strict=True)),
-            z=float(decision.z),
-        )
-        for decision in move.segments
-    )
-    arc = move.arc
+        return _made(
+            DisplacementStep, kind="displacement", from_=move.start, to=move.end,
+            arc=arc_record(move.arc), pose_from=pose_record(move.arc.start),
+            pose_to=pose_record(move.arc.end), placements=placements,
+            segments=[control(decision) for decision in move.segments], cost=move.cost,
+        )  # fmt: skip
     return _made(
-        DisplacementStep,
-        kind="displacement",
-        from_=move.start,
-        to=move.end,
-        arc=arc_record(arc),
-        pose_from=pose_record(arc.start),
-        pose_to=pose_record(arc.end),
-        placements=[placement_record(problem, row) for row in move.placements],
-        segments=segments,
-        cost=move.cost,
-    )
-
-
-def _regrasp(problem: Problem, move: Regrasp) -> RegraspStep:
-    modes: list[Mode | None] = list(_modes(move.rest))
-    modes.insert(move.finger, None)
-    f_com = list(move.rest.f_com)
-    f_com.insert(move.finger, None)
-    limits = problem.fingers.max_normal_force
-    return _made(
-        RegraspStep,
-        kind="regrasp",
-        at=move.at,
-        finger=move.finger,
-        from_=placement_record(problem, move.placements[move.finger]),
-        to=placement_record(problem, move.target),
-        way=None,
-        placements=[placement_record(problem, row) for row in move.placements],
-        modes=modes,
-        f_com=[_within(f, m) for f, m in zip(f_com, limits, strict=True)],
-        z=move.rest.z,
-        cost=move.cost,
-    )
+        RegraspStep, kind="regrasp", at=move.at, finger=move.finger,
+        from_=placements[move.finger], to=placement_record(problem, move.target), way=None,
+        placements=placements, **control(move.rest, move.finger), cost=move.cost,
+    )  # fmt: skip
 
 
 def _made(part: type[Part], **values: Any) -> Part:
     """Return a part of a plan; lists and numpy's numbers become tuples and plain numbers."""
     return part.model_validate(values, strict=False)
-
-
-def _modes(decision: ModeDecision) -> tuple[Mode, ...]:
-    return tuple(mode.value for mode in decision.modes)
 
 
 def _within(force: float | None, limit: float) -> float | None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import json
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from gm_ompl.errors import InputError, PlanError, did_you_mean
-from gm_ompl.planfile.places import key_path, where
 from gm_ompl.reading import Kind, is_text, one_line, read_text, refuse_other
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text
@@ -25,11 +25,10 @@ LINE_WIDTH = 110  # values that fit are written on one line
 MAX_SHOWN = 20  # mistakes reported at once
 
 _Model = TypeVar("_Model", bound=BaseModel)
-_Path = tuple[int | str, ...]
-OLD_FORMAT = "gm-ompl-plan/1"
-_ARCS = tuple(f"arc: {kind}" for kind in ("translation", "rotation", "straight"))
+Place: TypeAlias = tuple[int | str, ...]
+Mistake: TypeAlias = tuple[Place, str]
 # pydantic names a union's member inside an error's path
-_KINDS = ("displacement", "regrasp", *_ARCS)
+_KINDS = ("displacement", "regrasp", "arc: translation", "arc: rotation", "arc: straight")
 
 
 def plain(value: dict[str, Any]) -> dict[str, Any]:
@@ -39,10 +38,9 @@ def plain(value: dict[str, Any]) -> dict[str, Any]:
         ValueError: it holds NaN, Infinity or something that JSON has no type for.
     """
     try:
-        copy: dict[str, Any] = json.loads(json.dumps(value, allow_nan=False))
+        return dict(json.loads(json.dumps(value, allow_nan=False)))
     except TypeError as error:
         raise ValueError(str(error)) from error
-    return copy
 
 
 def dumps(value: Any) -> str:
@@ -56,11 +54,10 @@ def _lines(value: Any, indent: str) -> Iterator[str]:
         yield flat
         return
     inner = indent + " "
+    (opening, closing), items = "[]", [("", item) for item in value]
     if isinstance(value, dict):
+        opening, closing = "{}"
         items = [(json.dumps(key, ensure_ascii=False) + ": ", item) for key, item in value.items()]
-    else:
-        items = [("", item) for item in value]
-    opening, closing = "{}" if isinstance(value, dict) else "[]"
     yield opening + "\n"
     for number, (key, item) in enumerate(items):
         yield inner + key
@@ -82,9 +79,9 @@ def write(path: Path, text: str) -> None:
 
 
 def _hint(path: Path) -> str:
-    if str(path) in shipped():
-        return f"; `gm-ompl plan {path} -o PLAN.json` makes a plan of the scenario of that name"
-    return "; `gm-ompl plan SCENARIO -o PLAN.json` makes one"
+    known = str(path) in shipped()
+    makes = "a plan of the scenario of that name" if known else "one"
+    return f"; `gm-ompl plan {path if known else 'SCENARIO'} -o PLAN.json` makes {makes}"
 
 
 KIND = Kind("plan", "JSON, as `gm-ompl plan -o` writes it", MAX_BYTES, PlanError, _hint)
@@ -114,14 +111,21 @@ def read(path: Path, model: type[_Model], format_name: str) -> _Model:
             return model.model_validate_json(text, by_alias=True, by_name=False)
     except ValidationError as error:
         found = _mistakes(data, error)
-    lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in found[:MAX_SHOWN]]
-    if len(found) > MAX_SHOWN:
-        lines.append(f"{path}: and {len(found) - MAX_SHOWN} more mistakes")
-    raise PlanError("\n".join(map(one_line, lines)))
+    raise located(path, text, found)
+
+
+def located(
+    path: Path, text: str, mistakes: Sequence[tuple[Sequence[int | str], str]], *more: str
+) -> PlanError:
+    """Return the error that names the lines of ``text`` where mistakes are, and then says more."""
+    lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in mistakes[:MAX_SHOWN]]
+    if len(mistakes) > MAX_SHOWN:
+        lines.append(f"{path}: and {len(mistakes) - MAX_SHOWN} more mistakes")
+    return PlanError("\n".join(map(one_line, (*lines, *more))))
 
 
 def _other_format(given: object, format_name: str) -> str:
-    if given == OLD_FORMAT:
+    if given == "gm-ompl-plan/1":
         return (
             f'"{given}": an older format, without the arcs along which the object moves; this '
             f'version reads "{format_name}": plan again (the scenario is in the file)'
@@ -131,8 +135,7 @@ def _other_format(given: object, format_name: str) -> str:
     )
 
 
-class _DuplicateKeyError(ValueError):
-    pass
+class _DuplicateKeyError(ValueError): ...
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -157,13 +160,9 @@ def _syntax(path: Path, text: str) -> Any:
         raise PlanError(f"{path}: not a plan: nested too deeply or too long a number") from error
 
 
-def _unusable(path: Path, data: Any) -> Iterator[tuple[_Path, str]]:
-    """Yield the values that are no JSON although Python reads them, and what is wrong with each.
-
-    Raises:
-        PlanError: there are too many values, or they are nested too deeply.
-    """
-    waiting: list[tuple[_Path, Any]] = [((), data)]
+def _unusable(path: Path, data: Any) -> Iterator[Mistake]:
+    """Yield the values that are no JSON although Python reads them, and what is wrong with each."""
+    waiting: list[tuple[Place, Any]] = [((), data)]
     for _ in range(MAX_VALUES):
         if not waiting:
             return
@@ -215,7 +214,7 @@ _REMEDIES = {
 }
 
 
-def _mistakes(data: Any, error: ValidationError) -> list[tuple[_Path, str]]:
+def _mistakes(data: Any, error: ValidationError) -> list[Mistake]:
     """Return the place of every mistake that pydantic found, and what is wrong there."""
     found = [(_place(data, e["loc"]), e) for e in error.errors(include_url=False)]
     missing = [place for place, e in found[:MAX_SHOWN] if e["type"] == "missing"]
@@ -233,7 +232,7 @@ def _mistakes(data: Any, error: ValidationError) -> list[tuple[_Path, str]]:
     return mistakes
 
 
-def _place(data: Any, loc: Sequence[int | str]) -> _Path:
+def _place(data: Any, loc: Sequence[int | str]) -> Place:
     """Return the path inside the file: pydantic's, without the names of union members."""
     place: list[int | str] = []
     for part in loc:
@@ -244,3 +243,52 @@ def _place(data: Any, loc: Sequence[int | str]) -> _Path:
         inside = inside or (isinstance(data, list) and isinstance(part, int) and part < len(data))
         data = data[part] if inside else None
     return tuple(place)
+
+
+def where(path: Path, text: str, place: Sequence[int | str]) -> str:
+    """Return "file:line: key path" of what stands at ``place`` in the valid JSON ``text``."""
+    line = text.count("\n", 0, locate(text, place)) + 1
+    return f"{path}:{line}: {key_path(place)}"
+
+
+def key_path(place: Sequence[int | str]) -> str:
+    """Return ``steps[3].cost`` for ("steps", 3, "cost")."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
+    return text.lstrip(".") or "(top level)"
+
+
+def locate(text: str, place: Sequence[int | str]) -> int:
+    """Return where in the valid JSON ``text`` the value at ``place`` begins.
+
+    A part of ``place`` that is not there ends the walk at what holds it.
+    """
+    at = _skip(text, 0)
+    for part in place:
+        inside = _inside(text, at)
+        if part not in inside:
+            return at
+        at = inside[part]
+    return at
+
+
+@functools.lru_cache(maxsize=8)  # many mistakes stand in few places
+def _inside(text: str, at: int) -> dict[int | str, int]:
+    """Return where each value begins in the list or object that begins at ``at``."""
+    decoder, found = json.JSONDecoder(), dict[int | str, int]()
+    inner = _skip(text, at + 1) if text[at] in "[{" else at
+    while inner > at and text[inner] not in "]}":
+        key: int | str = len(found)
+        if text[at] == "{":
+            key, inner = decoder.raw_decode(text, inner)
+            inner = _skip(text, _skip(text, inner) + 1)  # over the colon
+        found[key] = inner
+        _, inner = decoder.raw_decode(text, inner)
+        inner = _skip(text, inner)
+        inner = _skip(text, inner + 1) if text[inner] == "," else inner
+    return found
+
+
+def _skip(text: str, at: int) -> int:
+    while text[at] in " \t\r\n":
+        at += 1
+    return at

@@ -9,30 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from gm_ompl.errors import MisfitError, PlanError
-from gm_ompl.planfile.files import KIND, MAX_SHOWN
+from gm_ompl.planfile.files import KIND, Mistake, Place, located
 from gm_ompl.planfile.model import Plan
-from gm_ompl.planfile.places import where
 from gm_ompl.problem import Problem
-from gm_ompl.reading import one_line, read_text
+from gm_ompl.reading import read_text
 from gm_ompl.scenario.scenario import Scenario
 
-LARGEST = 1e30
-"""Products of a few such numbers are still finite."""
-
-UNIT = 1e-3
-"""By how much the length of a unit vector may be off: what is drawn looks right."""
-
-OUTSIDE = 1e-6
-"""How far a coordinate may lie outside, over its range."""
-
-TURNS = 1e4
-"""So many periods a coordinate that wraps may be unwrapped."""
-
-Place: TypeAlias = tuple[int | str, ...]
-Mistake: TypeAlias = tuple[Place, str]
+LARGEST = 1e30  # products of a few such numbers are still finite
+UNIT = 1e-3  # by how much the length of a unit vector may be off: what is drawn looks right
+OUTSIDE = 1e-6  # how far a coordinate may lie outside, over its range
+TURNS = 1e4  # so many periods a coordinate that wraps may be unwrapped
 
 
 def problem_of(plan: Plan) -> Problem:
@@ -51,12 +40,8 @@ def problem_of(plan: Plan) -> Problem:
 
 def in_file(error: MisfitError, path: Path) -> PlanError:
     """Return ``error`` with the lines of the file that the plan came from."""
-    text = read_text(path, KIND)
-    lines = [f"{where(path, text, place)}: {wrong}" for place, wrong in error.mistakes[:MAX_SHOWN]]
-    if len(error.mistakes) > MAX_SHOWN:
-        lines.append(f"{path}: and {len(error.mistakes) - MAX_SHOWN} more mistakes")
-    lines.append(f"`gm-ompl check {path}` judges the plan step by step")
-    return PlanError("\n".join(map(one_line, lines)))
+    advice = f"`gm-ompl check {path}` judges the plan step by step"
+    return located(path, read_text(path, KIND), error.mistakes, advice)
 
 
 UNIT_VECTORS = ("quaternion", "axis", "normal")

@@ -23,25 +23,17 @@ from gm_ompl.reference import highs
 from gm_ompl.reference.program import LinearProgram, LpStatus
 from gm_ompl.reference.statics import Statics, statics
 
-THRIFT = 1e-3
-"""Weight of the sum of all forces against the depth in the cones: settles ties alone."""
+THRIFT = 1e-3  # weight of the sum of all forces against the depth in the cones: settles ties alone
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Finger forces in equilibrium, at one place of a plan; object frame, scenario's units.
+    """Finger forces in equilibrium, at one place of a plan; object frame, scenario's units."""
 
-    Attributes:
-        holds: whether Eq. (3) has a solution at all.
-        forces: (n, 3), each finger's force on the object; zero where ``holds`` is False.
-        least: (n,), least normal force in any solution; NaN where ``holds`` is False.
-        most: (n,), greatest.
-    """
-
-    holds: bool
-    forces: Array
-    least: Array
-    most: Array
+    holds: bool  # whether Eq. (3) has a solution at all.
+    forces: Array  # (n, 3), each finger's force on the object; zero where ``holds`` is False
+    least: Array  # (n,), least normal force in any solution; NaN where ``holds`` is False
+    most: Array  # (n,), greatest
 
 
 def balance(

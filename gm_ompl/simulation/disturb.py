@@ -12,36 +12,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.planfile.arcs import arc_of
-from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.reference.stability import DIRECTIONS, resistances
 from gm_ompl.simulation.balance import statics_at
 from gm_ompl.simulation.execute import Setup
-from gm_ompl.simulation.measure import MOVE, force_unit
+from gm_ompl.simulation.measure import MOVE
 from gm_ompl.simulation.pulses import Disturber, PulseReport, direction_name
-from gm_ompl.simulation.segments import commanded
+from gm_ompl.simulation.segments import commanded, planned_segments
 from gm_ompl.simulation.timeline import PHASES
+from gm_ompl.simulation.world import force_unit
 
-STEADY = 1e6
-"""A margin above this many times the force unit is no number to scale a pulse by."""
-
-PROBED = 0.8
-"""Strength of the pulses where z is least, of the z l_i that the plan claims to resist."""
-
-LOOKS = 4
-"""Places looked at in each part of the motion, beside the one that claims least."""
+STEADY = 1e6  # a margin above this many times the force unit is no number to scale a pulse by
+PROBED = 0.8  # strength of the pulses where z is least, of the z l_i that the plan claims to resist
+LOOKS = 4  # places looked at in each part of the motion, beside the one that claims least
 
 DOUBT = 0.99
 """A place is taken before an earlier one if it resists less than this of that one's share."""
 
-ALIKE = 1e-6
-"""Resistances that differ by less, relatively, are equal: the first direction is taken."""
+ALIKE = 1e-6  # resistances that differ by less, relatively, are equal: the first direction is taken
 
 LADDER = (0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """Strengths tried in turn for the largest withstood, over z."""
 
-AROUND = 19
-"""Directions in which each of them is tried: a quarter of the 76."""
+AROUND = 19  # directions in which each of them is tried: a quarter of the 76
 
 
 def _finite(setup: Setup) -> BoolArray:
@@ -61,13 +53,8 @@ def instants(setup: Setup, count: int, rng: np.random.Generator) -> IntArray:
 def disturb(setup: Setup, fraction: float, count: int, seed: int) -> PulseReport:
     """Put ``count`` pulses on the execution, each on a fresh one.
 
-    Half go in the 76 directions in turn, half in random ones, at random times.
-
-    Args:
-        setup: the plan, made ready.
-        fraction: peak of each pulse over z.
-        count: number of pulses.
-        seed: of times and directions.
+    Half go in the 76 directions in turn, half in random ones, at random times; the peak of
+    each is ``fraction`` of z.
     """
     rng = np.random.default_rng(seed)
     when = instants(setup, count, rng)
@@ -85,13 +72,9 @@ def disturb(setup: Setup, fraction: float, count: int, seed: int) -> PulseReport
 def probe(setup: Setup, count: int) -> PulseReport:
     """Put ``count`` pulses on the execution, each on a fresh one, spread over the whole motion.
 
-    The motion is cut into ``count`` equal parts. In each the pulse comes where the least z is
-    claimed, or where more is claimed (at least z_min) than what is executed resists, in the
-    direction in which it resists least.
-
-    Args:
-        setup: the plan, made ready.
-        count: number of pulses; none comes in a part where z is infinite.
+    The motion is cut into ``count`` equal parts. In each, unless z is infinite there, the
+    pulse comes where the least z is claimed, or where more is claimed (at least z_min) than
+    what is executed resists, in the direction in which it resists least.
     """
     usable = np.flatnonzero((setup.timeline.phase == MOVE) & _finite(setup))
     places = [_doubtful(setup, part) for part in np.array_split(usable, count) if len(part)]
@@ -122,32 +105,25 @@ def _doubtful(setup: Setup, part: IntArray) -> tuple[int, int]:
 def resisted(setup: Setup, instant: int) -> Array:
     """Return z_i, (76,), of what is executed at an instant of motion, over ``Statics.scale``."""
     line, problem = setup.timeline, setup.problem
-    step, k = setup.plan.steps[int(line.step[instant])], int(line.segment[instant])
-    assert isinstance(step, DisplacementStep)
-    middle = arc_of(step).middles(len(step.segments))[k]
-    model = statics_at(problem, middle, step.placements, range(problem.fingers.count))
-    force, f_com = commanded(step.segments[k])
+    number = int(line.step[instant])
+    segment = planned_segments(number, setup.plan.steps[number])[int(line.segment[instant])]
+    fingers = range(problem.fingers.count)
+    model = statics_at(problem, segment.part.middle, segment.placements, fingers)
+    force, f_com = commanded(segment.record)
     return resistances(model, np.where(force, f_com / model.scale, model.f_max), force)
 
 
 @dataclass(frozen=True)
 class Largest:
-    """The largest disturbance withstood at one place of a plan.
+    """The largest disturbance withstood at one place of a plan."""
 
-    Attributes:
-        time: when the pulses begin [s].
-        phase: what happens then.
-        z: the stability margin there.
-        fraction: the largest of ``LADDER`` up to which every pulse was withstood, in all directions
-            tried; 0 if the first was not.
-        direction: number of a direction in which the next was not withstood; -1 if all were.
-    """
-
-    time: float
-    phase: str
-    z: float
+    time: float  # when the pulses begin [s]
+    phase: str  # what happens then
+    z: float  # the stability margin there
+    # the largest of ``LADDER`` up to which every pulse was withstood, in all directions tried; 0
+    # if the first was not
     fraction: float
-    direction: int
+    direction: int  # number of a direction in which the next was not withstood; -1 if all were
 
     def table(self) -> str:
         """Return it as a line of text."""
@@ -159,13 +135,7 @@ class Largest:
 
 
 def largest(setup: Setup, count: int, seed: int) -> tuple[Largest, ...]:
-    """Return the largest disturbances withstood at ``count`` random times.
-
-    Args:
-        setup: the plan, made ready.
-        count: number of times.
-        seed: of times and directions.
-    """
+    """Return the largest disturbances withstood at ``count`` random times."""
     rng, line = np.random.default_rng(seed), setup.timeline
     when = instants(setup, count, rng).tolist()
     disturber = Disturber(setup, when)

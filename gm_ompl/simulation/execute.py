@@ -12,10 +12,9 @@ import numpy as np
 from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.simulation.measure import Measurement
+from gm_ompl.simulation.measure import Allowed, ExecutionReport, Measurement
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
-from gm_ompl.simulation.report import Allowed, ExecutionReport
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import Pace, Timeline
 from gm_ompl.simulation.world import KINDS, Units, World, lifted, varied, world
@@ -24,25 +23,15 @@ from gm_ompl.writing import plain
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A plan made ready for the simulator.
+    """A plan made ready for the simulator."""
 
-    Attributes:
-        plan: what to execute.
-        problem: its scenario.
-        pace: how fast.
-        units: from the scenario's to the simulator's.
-        timeline: the plan over time.
-        world: the bodies as the scenario has them.
-        allowed: what still counts as holding.
-    """
-
-    plan: Plan
-    problem: Problem
-    pace: Pace
-    units: Units
-    timeline: Timeline
-    world: World
-    allowed: Allowed = field(default_factory=Allowed)
+    plan: Plan  # what to execute
+    problem: Problem  # its scenario
+    pace: Pace  # how fast
+    units: Units  # from the scenario's to the simulator's
+    timeline: Timeline  # the plan over time
+    world: World  # the bodies as the scenario has them
+    allowed: Allowed = field(default_factory=Allowed)  # what still counts as holding
 
     def player(self, other: World | None = None) -> Player:
         """Return a player at the beginning, in this or in another world."""
@@ -50,12 +39,7 @@ class Setup:
 
 
 def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup:
-    """Make ``plan`` ready for the simulator.
-
-    Args:
-        plan: what to execute.
-        pace: how fast; None for the usual pace.
-        lean: as for ``schedule``.
+    """Make ``plan`` ready for the simulator, at the usual pace where none is given.
 
     Raises:
         InputError: the plan moves nothing, or its scenario cannot be simulated.
@@ -72,13 +56,10 @@ def execute(
     watch: Callable[[Player, int], None] | None = None,
     slack: float = 0.0,
 ) -> ExecutionReport:
-    """Play a plan back and judge what happened.
+    """Play a plan back, perhaps among other bodies than the scenario's, and judge what happened.
 
-    Args:
-        setup: the plan, made ready.
-        other: bodies other than the scenario's, for errors of the model.
-        watch: called with the player and every instant.
-        slack: what errors of the model excuse, as a share: of D in position, in rad in angle.
+    ``watch`` is called with the player and every instant; ``slack`` is what errors of the
+    model excuse, as a share: of D in position, in rad in angle.
 
     Raises:
         MissingExtraError: MuJoCo is not installed.
@@ -157,19 +138,12 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
 
 @dataclass(frozen=True)
 class VariationReport:
-    """Executions of one plan in several worlds.
+    """Executions of one plan in several worlds."""
 
-    Attributes:
-        error_limit: the greatest error, 0.03 for three per cent.
-        kinds: what is off: ``KINDS`` or some of them.
-        z: the smallest stability margin that the plan states.
-        runs: by the seed of the errors.
-    """
-
-    error_limit: float
-    kinds: tuple[str, ...]
-    z: float
-    runs: dict[int, ExecutionReport]
+    error_limit: float  # the greatest error, 0.03 for three per cent
+    kinds: tuple[str, ...]  # what is off: ``KINDS`` or some of them
+    z: float  # the smallest stability margin that the plan states
+    runs: dict[int, ExecutionReport]  # by the seed of the errors
 
     @property
     def share(self) -> float:
@@ -208,16 +182,10 @@ def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] =
 def vary(
     setup: Setup, share: float, count: int, seed: int, kinds: Sequence[str] = KINDS
 ) -> VariationReport:
-    """Execute a plan in ``count`` worlds that are off by up to ``share``.
+    """Execute a plan in ``count`` worlds whose ``kinds`` are off by up to ``share``.
 
-    Position and angle may be off by that much more than otherwise.
-
-    Args:
-        setup: the plan, made ready.
-        share: 0.03 for three per cent.
-        count: number of worlds, their seeds ``seed``, ``seed + 1``, ...
-        seed: of the first.
-        kinds: which of ``KINDS`` are off.
+    Their seeds are ``seed``, ``seed + 1``, ... Position and angle may be off by that much more
+    than otherwise.
     """
     runs = {
         number: execute(setup, errant_world(setup, share, number, kinds), slack=share)

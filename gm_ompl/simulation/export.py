@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,12 +19,7 @@ POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 
 
 def table(plan: Plan, pace: Pace | None = None, rate: float = 100.0) -> str:
-    """Return the plan over time as CSV with a commented header.
-
-    Args:
-        plan: what to execute.
-        pace: how fast; None for the usual pace.
-        rate: rows per second.
+    """Return the plan over time as CSV with a commented header, ``rate`` rows per second.
 
     Raises:
         InputError: the plan moves nothing, or ``rate`` is no rate.
@@ -36,10 +32,10 @@ def table(plan: Plan, pace: Pace | None = None, rate: float = 100.0) -> str:
     out = io.StringIO()
     for text in _header(problem.name, line, pace):
         out.write(f"# {text}\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(_columns(line.fingers))
-    for k in range(len(line)):
-        writer.writerow(_row(line, k))
+    rows = [_row(line, k) for k in range(len(line))]
+    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
     return out.getvalue()
 
 
@@ -60,28 +56,25 @@ def _header(name: str, line: Timeline, pace: Pace) -> list[str]:
     ]
 
 
-def _columns(fingers: int) -> list[str]:
-    columns = ["time", "phase", "step", *(f"object_{name}" for name in POSE)]
-    for i in range(fingers):
-        columns += [f"finger{i}_{name}" for name in POSE]
-        columns += [f"finger{i}_{name}" for name in ("nx", "ny", "nz", "mode", "f_com")]
-        columns += [f"finger{i}_lean_{name}" for name in ("x", "y", "z")]
-    return columns
-
-
-def _row(line: Timeline, k: int) -> list[str]:
-    def numbers(*values: float) -> list[str]:
-        return [f"{value + 0.0:.9g}" for value in values]
-
+def _row(line: Timeline, k: int) -> dict[str, str]:
+    """Return instant ``k`` by the names of the columns."""
     turn = Pose(line.rotation[k], line.position[k]).quaternion()
-    row = [f"{line.time[k]:.6f}", PHASES[int(line.phase[k])], str(int(line.step[k]))]
-    row += numbers(*line.position[k], *turn)
+    row = {"time": f"{line.time[k]:.6f}", "phase": PHASES[line.phase[k]], "step": f"{line.step[k]}"}
+
+    def add(what: str, names: Sequence[str], *values: float) -> None:
+        numbers = zip(names, values, strict=True)
+        row.update({f"{what}_{name}": f"{value + 0.0:.9g}" for name, value in numbers})
+
+    add("object", POSE, *line.position[k], *turn)
     for i in range(line.fingers):
-        mode = _mode(line, k, i)
-        row += numbers(*line.centre[k, i], *turn, *line.normal[k, i])
-        commanded = mode in ("force", "switch")
-        row += [mode, *(numbers(line.f_com[k, i]) if commanded else [""])]
-        row += numbers(*line.lean[k, i])
+        finger = f"finger{i}"
+        add(finger, POSE, *line.centre[k, i], *turn)
+        add(finger, ("nx", "ny", "nz"), *line.normal[k, i])
+        row[f"{finger}_mode"] = mode = _mode(line, k, i)
+        row[f"{finger}_f_com"] = ""
+        if mode in ("force", "switch"):
+            add(finger, ("f_com",), line.f_com[k, i])
+        add(f"{finger}_lean", ("x", "y", "z"), *line.lean[k, i])
     return row
 
 

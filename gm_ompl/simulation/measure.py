@@ -2,38 +2,138 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.environment import contacts_at
-from gm_ompl.planfile.arcs import arc_of
-from gm_ompl.planfile.model import DisplacementStep, Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import EVERY, Player, Recording
-from gm_ompl.simulation.report import FingerReport
+from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.timeline import PHASES
+from gm_ompl.simulation.world import force_unit
+from gm_ompl.writing import plain
 
 MOVE = PHASES.index("move")
 
-FAINT = 0.001
-"""A normal force below this, of the object's weight, is no contact."""
+FAINT = 0.001  # a normal force below this, of the object's weight, is no contact
 
 LOOSE = 0.05
 """Play around the statical range of a normal force, of the object's weight: the range is that of
 pyramids inside the friction cones."""
 
 
+@dataclass(frozen=True)
+class Allowed:
+    """What still counts as holding; lengths in diagonals D of the object."""
+
+    # error of the centre of mass at the end; 2 mm for the cork box
+    end_position: float = 2.0 / 131.15
+    end_angle: float = 1.0  # error of the orientation at the end [deg]
+    position: float = 0.03  # error of the centre of mass on the way
+    angle: float = 3.0  # error of the orientation on the way [deg]
+    slip: float = 0.005  # way of a fingertip over the object, between touch-down and lifting
+    static_slip: float = 0.01  # way of a static contact over floor or obstacle
+    force: float = 0.1  # relative error of a commanded normal force, averaged over ``window``
+    window: float = 0.05  # over which forces are averaged [s]
+
+
+@dataclass(frozen=True)
+class FingerReport:
+    """What one finger did; forces and lengths in the scenario's units."""
+
+    finger: int  # its number
+    slip: float  # largest way over the object between touch-down and lifting
+    force_controlled: float  # share of the motion under force control
+    # largest relative error of the commanded normal force, averaged over 50 ms; None if it was
+    # never force-controlled
+    force_error: float | None
+    mean_force_error: float | None  # mean of that error
+    # share of the motion under position control, averaged over 50 ms, in which the normal force
+    # lies between the least and the greatest that statics allows, up to 5% of the object's
+    # weight; None if it was never position-controlled
+    in_range: float | None
+    greatest_force: float  # greatest normal force, averaged over 50 ms
+    max_normal_force: float  # f_max
+    off_contact: float  # time during which it should have touched and did not [s]
+
+
+@dataclass(frozen=True)
+class ExecutionReport:
+    """One execution of a plan; lengths and forces in the scenario's units, angles in degrees."""
+
+    name: str  # the scenario's
+    findings: tuple[str, ...]  # why it did not hold; empty if it held
+    notes: tuple[str, ...]  # what a reader should know
+    duration: float  # of the execution [s]
+    speed: float  # of the object's fastest vertex [D/s]
+    # metres per unit of length, kilograms per unit of mass, newtons per unit of force
+    scale: tuple[float, float, float]
+    size: float  # D
+    end_position: float  # error of the centre of mass at the end
+    end_angle: float  # error of the orientation at the end
+    position: float  # largest error of the centre of mass while the object moves
+    angle: float  # largest error of the orientation while it moves
+    static_slip: float  # largest way of a static contact over floor or obstacle
+    fingers: tuple[FingerReport, ...]  # one report per finger
+    # the smallest stability margin that the plan states; None if no segment has a finite one
+    z: float
+    inertia: float  # largest inertia force in the norm (7)
+    inertia_share: float  # largest ratio of that to the plan's z at the same instant
+
+    @property
+    def holds(self) -> bool:
+        """Whether the plan could be played back."""
+        return not self.findings
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain values, ready for JSON: no NaN, no infinity."""
+        return {"holds": self.holds, **plain(self)}
+
+    def table(self) -> str:
+        """Return the report as lines of text."""
+        D = self.size
+        length, mass, force = self.scale
+        lines = [
+            f"{self.name}: {self.duration:.1f} s of motion simulated, fastest vertex "
+            f"{self.speed:g} D/s, D = {D:.4g}",
+            f"  scale        1 unit of length = {length:.4g} m, of mass = {mass:.4g} kg, "
+            f"of force = {force:.4g} N",
+            f"  at the end   {_of(self.end_position, D)} off, {self.end_angle:.3f} deg",
+            f"  on the way   {_of(self.position, D)} off, {self.angle:.3f} deg at most",
+            f"  static contacts of the object moved by {_of(self.static_slip, D)} at most",
+            f"  inertia      {self.inertia:.3g} at most, {100 * self.inertia_share:.2g}% of z; "
+            f"least z {self.z:.4g}",
+        ]
+        lines += [f"  {_finger(report, D)}" for report in self.fingers]
+        lines += [f"note: {note}" for note in self.notes]
+        lines += [f"NOT: {finding}" for finding in self.findings]
+        return "\n".join(lines)
+
+
+def _of(value: float, size: float) -> str:
+    return f"{value:.3g} ({100 * value / size:.2g}% of D)"
+
+
+def _finger(report: FingerReport, size: float) -> str:
+    parts = [f"finger {report.finger}: slip {_of(report.slip, size)}"]
+    if report.force_error is not None:
+        parts.append(f"normal force within {100 * report.force_error:.2g}% of the command")
+    if report.in_range is not None:
+        parts.append(f"within the statical range {100 * report.in_range:.3g}% of the time")
+    parts.append(f"at most {report.greatest_force:.3g} of {report.max_normal_force:.3g}")
+    return ", ".join(parts)
+
+
 class Measurement:
     """A recording beside its timeline, in the scenario's units; K rows.
 
-    Args:
-        plan: what was executed.
-        problem: its scenario.
-        player: what executed it.
-        recording: what happened.
-        window: time over which forces are averaged [s].
+    Forces are averaged over ``window`` [s].
     """
 
     def __init__(
@@ -85,23 +185,17 @@ class Measurement:
         """Return the farthest that a static contact's point went from its place, along its face."""
         worst, problem = 0.0, self.problem
         for number, step in enumerate(self.plan.steps):
-            if not isinstance(step, DisplacementStep):
-                continue
-            middles = arc_of(step).middles(len(step.segments))
             of_step = self.moving & (self.timeline.step[self.rows] == number)
-            for k, moment in enumerate(middles):
-                rows = np.flatnonzero(of_step & (self.timeline.segment[self.rows] == k))
-                if not len(rows):
-                    continue
-                state = contacts_at(moment, problem.body, problem.environment)
+            for segment in planned_segments(number, step):
+                here = of_step & (self.timeline.segment[self.rows] == segment.number)
+                state = contacts_at(segment.part.middle, problem.body, problem.environment)
                 static = ~state.slip.any(axis=1)
-                worst = max(worst, self._moved(rows, state.points[static], state.normals[static]))
+                points, normals = state.points[static], state.normals[static]
+                worst = max(worst, self._moved(np.flatnonzero(here), points, normals))
         return worst
 
     def _moved(self, rows: IntArray, points: Array, normals: Array) -> float:
         """Return the farthest that ``points`` (m, 3), object frame, went from the plan."""
-        if not len(points):
-            return 0.0
         line, instants = self.timeline, self.rows[rows]
         there = np.einsum("kij,mj->kmi", self.rotation[rows], points)
         there = there + self.position[rows][:, None]
@@ -110,7 +204,7 @@ class Measurement:
         n = np.einsum("kij,mj->kmi", line.rotation[instants], normals)
         way = there - wanted
         way = way - (way * n).sum(axis=2, keepdims=True) * n
-        return float(np.linalg.norm(way, axis=2).max())
+        return float(np.linalg.norm(way, axis=2).max(initial=0.0))
 
     def finger(self, i: int, slip: Array) -> FingerReport:
         """Return what finger ``i`` did; ``slip`` as from ``slip()``."""
@@ -162,20 +256,15 @@ class Measurement:
 
     def inertia(self) -> tuple[float, float]:
         """Return the largest inertia force in the norm (7), and its largest ratio to z."""
-        L, M, line = self.units.length, self.units.mass, self.timeline
-        mass, J = self.problem.mass * M, self.problem.inertia * M * L**2
+        L, line = self.units.length, self.timeline
+        mass = self.problem.mass * self.units.mass
+        J = self.problem.inertia * self.units.mass * L**2
         wrench = line.inertia_wrench(mass, J, L)
         scaled = mass * np.einsum("ti,ij,tj->t", wrench[:, 3:], np.linalg.inv(J), wrench[:, 3:])
         norm = np.sqrt((wrench[:, :3] ** 2).sum(axis=1) + scaled) / self.units.force
         moving = line.phase == MOVE
         ratio = norm[moving] / np.maximum(line.z[moving], 1e-9 * self.weight)
         return float(norm[moving].max(initial=0.0)), float(ratio.max(initial=0.0))
-
-
-def force_unit(problem: Problem) -> float:
-    """Return the object's weight, or the largest f_max where there is no gravity."""
-    weight = problem.mass * problem.mechanics.gravity
-    return weight or float(problem.fingers.max_normal_force.max(initial=0.0))
 
 
 def rotations(quaternions: Array) -> Array:

@@ -15,11 +15,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import MissingExtraError
 from gm_ompl.simulation.world import World
 
-STEP = 5e-4
-"""Time step [s]: a sixteenth of the period of a finger on its servo."""
-
-TIP_MASS = 0.1
-"""What a servo moves: a fingertip and its share of the finger [kg]."""
+STEP = 5e-4  # time step [s]: a sixteenth of the period of a finger on its servo
+TIP_MASS = 0.1  # what a servo moves: a fingertip and its share of the finger [kg]
 
 TIP_INERTIA = 1.0
 """So large that a fingertip turns as it is told, whatever the contact does [kg m^2]."""
@@ -31,8 +28,7 @@ IMPEDANCE = "0.2 0.9 0.0005 0.5 2"
 """Contacts yield softly at first and are rigid from half a millimetre on. A sliding contact that is
 rigid from the beginning hops: the solver's friction pushes it up, off, and it falls back."""
 
-SLIP_SWEEPS = 10
-"""Sweeps of the solver that removes the creep of static contacts."""
+SLIP_SWEEPS = 10  # sweeps of the solver that removes the creep of static contacts
 
 FRICTION_RATIO = 1.0
 """Friction is held as stiffly as normal forces; what creeps is the sweeps' to remove."""
@@ -63,15 +59,10 @@ def _unheard(_: str) -> None:
 class Physics:
     """A world in motion.
 
-    The object is free; the fingertips are free spheres that are pushed by forces and turned by
-    decree. Fingertips touch the object alone: that their way is clear of everything else is the
-    planner's business.
-
-    Args:
-        world: the bodies.
-        position: (3,), where the object starts.
-        quaternion: (4,), its orientation (w, x, y, z).
-        centres: (n, 3), where the fingertips start.
+    The object is free and begins at ``position`` (3,), turned by ``quaternion`` (w, x, y, z);
+    the fingertips, from ``centres`` (n, 3) on, are free spheres that are pushed by forces and
+    turned by decree. They touch the object alone: that their way is clear of everything else
+    is the planner's business.
     """
 
     def __init__(self, world: World, position: Array, quaternion: Array, centres: Array) -> None:
@@ -151,13 +142,7 @@ class Physics:
 
     @contextmanager
     def camera(self, look_at: Array, width: int, height: int) -> Iterator[Any]:
-        """Give a function that returns the present view, (height, width, 3) bytes.
-
-        Args:
-            look_at: (3,), the middle of the picture.
-            width: in pixels.
-            height: in pixels.
-        """
+        """Give a function that returns the view of ``look_at``, (height, width, 3) bytes."""
         view = self._mujoco.MjvCamera()
         view.lookat[:] = look_at
         view.distance, view.azimuth, view.elevation = 3.2 * self.world.size, 125.0, -20.0
@@ -180,7 +165,12 @@ def _mjcf(world: World) -> str:
     for k, vertices in enumerate(world.obstacles):
         fixed.append(_geom(f"wall{k}", vertices, "0.6 0.6 0.65 0.35", meshes))
     own = [_geom(f"piece{k}", v, "0.8 0.6 0.35 1", meshes) for k, v in enumerate(world.pieces)]
-    tips = [_tip(i, radius) for i, radius in enumerate(world.radius.tolist())]
+    tips = [
+        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
+        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/><geom name="tip{i}" '
+        f'type="sphere" size="{radius!r}" rgba="{_COLOURS[i % len(_COLOURS)]}"/></body>'
+        for i, radius in enumerate(world.radius.tolist())
+    ]
     J = world.inertia
     six = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
     return f"""<mujoco>
@@ -209,23 +199,14 @@ def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
     """Return a convex piece's geometry; one that is no box adds its mesh to ``meshes``."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     common = f'name="{name}" rgba="{colour}"'
-    if _is_box(vertices, low, high):
+    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
+    if len(vertices) == 8 and off <= 1e-12 * (high - low).max():  # a box along the axes
         return (
             f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
             f'size="{_numbers((high - low) / 2)}"/>'
         )
     meshes.append(f'<mesh name="{name}" vertex={quoteattr(_numbers(vertices))}/>')
     return f'<geom {common} type="mesh" mesh="{name}"/>'
-
-
-def _tip(i: int, radius: float) -> str:
-    """Return a fingertip's body."""
-    return (
-        f'<body name="tip{i}" gravcomp="1"><freejoint/><inertial pos="0 0 0" mass="{TIP_MASS}" '
-        f'diaginertia="{TIP_INERTIA} {TIP_INERTIA} {TIP_INERTIA}"/>'
-        f'<geom name="tip{i}" type="sphere" size="{radius!r}" '
-        f'rgba="{_COLOURS[i % len(_COLOURS)]}"/></body>'
-    )
 
 
 def _pairs(world: World) -> Iterator[str]:
@@ -246,9 +227,3 @@ _COLOURS = ("0.85 0.2 0.2 1", "0.2 0.4 0.85 1", "0.2 0.7 0.3 1", "0.8 0.5 0.1 1"
 
 def _numbers(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values.ravel())
-
-
-def _is_box(vertices: Array, low: Array, high: Array) -> bool:
-    """Whether the vertices are the corners of a box along the axes."""
-    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
-    return len(vertices) == 8 and bool(off <= 1e-12 * float((high - low).max()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,8 +17,7 @@ STIFFNESS = 2e3
 """Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.45 mm. Contacts are
 thirty times as stiff; a finger as stiff as they are would lose its lean where they give way."""
 
-DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5
-"""Critical [N s/m]."""
+DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5  # critical [N s/m]
 
 YIELDING = 2.0
 """Damping along the normal under force control [N s/m]: little, the force is what counts."""
@@ -45,10 +45,7 @@ class Servo:
     def forces(self, k: int, centres: Array, velocities: Array) -> Array:
         """Return the forces (n, 3) on the fingertips [N] at instant ``k``.
 
-        Args:
-            k: number of the instant.
-            centres: (n, 3), where the fingertips are.
-            velocities: (n, 3), likewise.
+        The fingertips are at ``centres`` (n, 3) and move with ``velocities`` (n, 3).
         """
         line, n = self._line, self._line.normal[k]
         error, slower = line.centre[k] - centres, line.velocity[k] - velocities
@@ -77,8 +74,7 @@ class Servo:
         self.offset = np.where(forced | line.landing[k], bumpless, fading * self.offset)
 
 
-EVERY = 4
-"""Steps between two rows of a recording: 2 ms."""
+EVERY = 4  # steps between two rows of a recording: 2 ms
 
 Wrench = Callable[[int, Array], Array | None]
 """Disturbance at an instant, given the object's quaternion: (6,), world frame [N, N m]."""
@@ -86,46 +82,22 @@ Wrench = Callable[[int, Array], Array | None]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What happened, K rows ``EVERY`` steps apart; world frame, SI units.
+    """What happened, K rows ``EVERY`` steps apart; world frame, SI units."""
 
-    Attributes:
-        rows: (K,), the instants of the timeline.
-        position: (K, 3), the object's centre of mass.
-        quaternion: (K, 4), its orientation (w, x, y, z).
-        centre: (K, n, 3), the fingertips' centres.
-        normal_force: (K, n), mean over the row's steps.
-    """
-
-    rows: IntArray
-    position: Array
-    quaternion: Array
-    centre: Array
-    normal_force: Array
+    rows: IntArray  # (K,), the instants of the timeline
+    position: Array  # (K, 3), the object's centre of mass
+    quaternion: Array  # (K, 4), its orientation (w, x, y, z)
+    centre: Array  # (K, n, 3), the fingertips' centres
+    normal_force: Array  # (K, n), mean over the row's steps
 
 
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """Where a play can be taken up again.
-
-    Attributes:
-        instant: the next instant of the timeline.
-        physics: the simulator's state.
-        offset: (n,), the servo's memory.
-    """
-
-    instant: int
-    physics: Array
-    offset: Array
+Snapshot: TypeAlias = tuple[int, Array, Array]
+"""Where a play can be taken up again: the next instant, the simulator's state, the servo's
+offset."""
 
 
 class Player:
-    """Plays a timeline in a world.
-
-    Args:
-        timeline: what is to happen, scenario's units, its time step ``STEP``.
-        units: from the scenario's to the simulator's.
-        world: where it happens, SI units.
-    """
+    """Plays a timeline (scenario's units, time step ``STEP``) in a world (SI units)."""
 
     def __init__(self, timeline: Timeline, units: Units, world: World) -> None:
         self.timeline, self.units, self.world = timeline, units, world
@@ -137,13 +109,13 @@ class Player:
 
     def snapshot(self) -> Snapshot:
         """Return where the play stands."""
-        return Snapshot(self.instant, self.physics.state(), self.servo.offset.copy())
+        return self.instant, self.physics.state(), self.servo.offset.copy()
 
     def resume(self, snapshot: Snapshot) -> None:
         """Go back to where the play once stood."""
-        self.instant = snapshot.instant
-        self.physics.restore(snapshot.physics)
-        self.servo.offset = snapshot.offset.copy()
+        self.instant, state, offset = snapshot
+        self.physics.restore(state)
+        self.servo.offset = offset.copy()
 
     def play(
         self,
@@ -151,12 +123,9 @@ class Player:
         wrench: Wrench | None = None,
         watch: Callable[[int], None] | None = None,
     ) -> Recording:
-        """Play on to an instant (default: to the end).
+        """Play on to the end or before ``until``; beyond the end the last command is held.
 
-        Args:
-            until: the instant to stop before; beyond the end, the last command is held.
-            wrench: a disturbance.
-            watch: called with every instant, after its step.
+        ``wrench`` is a disturbance; ``watch`` is called with every instant, after its step.
         """
         until = len(self.timeline) if until is None else until
         rows, places, tips, forces = [], [], [], []

@@ -21,14 +21,9 @@ from gm_ompl.writing import plain
 RISE, HOLD = 0.1, 0.1
 """A pulse rises as a raised cosine, stays, and falls likewise, in these times [s]."""
 
-PULSE = 2.0 * RISE + HOLD
-"""Its length [s]."""
-
-REST = 0.3
-"""Time after the pulse until the object must be back [s]."""
-
-BACK = 0.01
-"""How near it must be, every corner, to where it would be without the pulse [D]."""
+PULSE = 2.0 * RISE + HOLD  # its length [s]
+REST = 0.3  # time after the pulse until the object must be back [s]
+BACK = 0.01  # how near it must be, every corner, to where it would be without the pulse [D]
 
 STILL = 0.001
 """Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""
@@ -42,44 +37,26 @@ def shape(instants: int) -> float:
 
 @dataclass(frozen=True)
 class Trial:
-    """One pulse.
+    """One pulse."""
 
-    Attributes:
-        time: when it begins [s].
-        phase: what happens then.
-        direction: number of the direction l_i, or -1 for a random one.
-        strength: its peak in the norm (7), scenario's units.
-        z: the least stability margin that the plan states during the pulse, at least its z_min.
-        offset: how far the object's farthest corner was from its place afterwards [D].
-        slip: how far a fingertip still moved over the object afterwards [D].
-        withstood: whether both are small.
-    """
-
-    time: float
-    phase: str
-    direction: int
-    strength: float
-    z: float
-    offset: float
-    slip: float
-    withstood: bool
+    time: float  # when it begins [s]
+    phase: str  # what happens then
+    direction: int  # number of the direction l_i, or -1 for a random one
+    strength: float  # its peak in the norm (7), scenario's units
+    z: float  # the least stability margin that the plan states during the pulse, at least its z_min
+    offset: float  # how far the object's farthest corner was from its place afterwards [D]
+    slip: float  # how far a fingertip still moved over the object afterwards [D]
+    withstood: bool  # whether both are small
 
 
 @dataclass(frozen=True)
 class PulseReport:
-    """Pulses of one strength.
+    """Pulses of one strength."""
 
-    Attributes:
-        fraction: peak of the pulses over z.
-        trials: in order of time.
-        pulse: their length [s].
-        rest: time from the end of a pulse to the judgement [s].
-    """
-
-    fraction: float
-    trials: tuple[Trial, ...]
-    pulse: float = PULSE
-    rest: float = REST
+    fraction: float  # peak of the pulses over z
+    trials: tuple[Trial, ...]  # in order of time
+    pulse: float = PULSE  # their length [s]
+    rest: float = REST  # time from the end of a pulse to the judgement [s]
 
     @property
     def lost(self) -> tuple[Trial, ...]:
@@ -125,12 +102,7 @@ def direction_name(direction: int) -> str:
 
 
 class Disturber:
-    """Puts pulses on an execution that has been played once without them.
-
-    Args:
-        setup: the plan, made ready.
-        instants: where pulses may begin.
-    """
+    """Puts pulses, from any of ``instants`` on, on an execution once played without them."""
 
     def __init__(self, setup: Setup, instants: Sequence[int]) -> None:
         self._setup, self._player = setup, setup.player()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,16 +15,9 @@ from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
 from gm_ompl.simulation.segments import Run, commanded, runs
-from gm_ompl.simulation.timeline import (
-    PHASES,
-    Pace,
-    Timeline,
-    between,
-    joined,
-    progress,
-    ramp,
-)
+from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, between, joined, progress, ramp
 from gm_ompl.simulation.transit import TOUCHING, Transit
+from gm_ompl.simulation.world import force_unit
 
 TOUCH = 0.02
 """Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
@@ -51,41 +44,36 @@ def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool 
     return _Scheduler(plan, problem, pace, dt, lean).run()
 
 
-@dataclass
-class _Hand:
-    """What the fingers are doing; arrays (n, ...), object frame."""
-
-    points: Array
-    normals: Array
-    share: Array
-    f_com: Array
-    limit: Array
-    lean: Array
-    down: BoolArray
-
-
 class _Scheduler:
+    """Lays down one phase after the other; ``now`` holds what a timeline says at rest."""
+
     def __init__(self, plan: Plan, problem: Problem, pace: Pace, dt: float, lean: bool) -> None:
         self.problem, self.pace, self.dt, self.lean = problem, pace, dt, lean
         self.parts = runs(plan, problem.body.vertices)
-        self.size = problem.body.diagonal
-        weight = problem.mass * problem.mechanics.gravity
-        self.touch = TOUCH * (weight or float(problem.fingers.max_normal_force.max()))
+        self.size, self.touch = problem.body.diagonal, TOUCH * force_unit(problem)
         self.timelines: list[Timeline] = []
         self.notes: list[str] = []
-        first = plan.steps[0]
-        n = problem.fingers.count
-        self.pose = problem.motion.pose(first.at if first.kind == "regrasp" else first.from_)
-        self.z = first.z if first.kind == "regrasp" else first.segments[0].z
-        self.step = -1
-        self.hand = _Hand(
-            np.array([place.point for place in first.placements]),
-            np.array([place.normal for place in first.placements]),
-            np.zeros(n),
-            np.zeros(n),
-            np.full(n, self.touch),
-            np.zeros((n, 3)),
-            np.zeros(n, dtype=bool),
+        first, n = plan.steps[0], problem.fingers.count
+        if isinstance(first, RegraspStep):
+            start, z = first.at, first.z
+        else:
+            start, z = first.from_, first.segments[0].z
+        self.pose = problem.motion.pose(start)
+        self.points = np.array([place.point for place in first.placements])
+        self.normals = np.array([place.normal for place in first.placements])
+        self.now = SimpleNamespace(
+            force_share=np.zeros(n),
+            f_com=np.zeros(n),
+            lean=np.zeros((n, 3)),
+            least=np.full(n, np.nan),
+            most=np.full(n, np.nan),
+            limit=np.full(n, self.touch),
+            press=np.zeros(n),
+            down=np.zeros(n, dtype=bool),
+            landing=np.zeros(n, dtype=bool),
+            step=-1,
+            segment=-1,
+            z=z,
         )
 
     def run(self) -> Timeline:
@@ -104,38 +92,36 @@ class _Scheduler:
         return max(2, round(seconds / self.dt))
 
     def _run(self, run: Run) -> None:
-        rows: dict[str, Any] = {
-            "step": np.array([segment.step for segment in run]),
-            "segment": np.array([segment.number for segment in run]),
-            "z": np.array([segment.record.z for segment in run]),
-        }
-        self.z, self.step = rows["z"][0], rows["step"][0]
+        """Move the object along the segments of ``run``."""
+        now, pace, corners = self.now, self.pace, self.problem.body.vertices
         force, forces = commanded(run[0].record)[0], np.array([commanded(s.record)[1] for s in run])
         balances = self._balances(run, force, forces)
         leans = np.array([found.forces for found in balances]) * self.lean
+        now.step, now.z = run[0].step, run[0].record.z
         self._switch(force, forces[0], leans[0])
-        corners, pace = self.problem.body.vertices, self.pace
         ways = [s.part.end.apply(corners) - s.part.start.apply(corners) for s in run]
         lengths = np.linalg.norm(ways, axis=2).max(axis=1)
         ends = np.cumsum(lengths)
         along = progress(float(ends[-1]), pace.speed * self.size, pace.ramp, self.dt)
         middles = ends - lengths / 2.0
-        f_com = between(along, middles, forces)
         which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
         left = (ends[which] - along) / np.maximum(lengths[which], np.finfo(float).tiny)
         shares = zip(which, np.clip(1.0 - left, 0.0, 1.0).tolist(), strict=True)
         way = [run[k].part.pose(share) for k, share in shares]
-        self._add(
-            "move",
-            way,
-            f_com=f_com,
-            lean=between(along, middles, leans),
-            least=np.array([found.least for found in balances])[which],
-            most=np.array([found.most for found in balances])[which],
-            **{name: values[which] for name, values in rows.items()},
-        )
-        self.pose, self.hand.f_com, self.hand.lean = way[-1], f_com[-1], leans[-1]
-        self.z, self.step = rows["z"][-1], rows["step"][-1]
+        per_segment: dict[str, Any] = {
+            "step": [segment.step for segment in run],
+            "segment": [segment.number for segment in run],
+            "z": [segment.record.z for segment in run],
+            "least": [found.least for found in balances],
+            "most": [found.most for found in balances],
+        }
+        f_com, lean = between(along, middles, forces), between(along, middles, leans)
+        spread: dict[str, Any] = {
+            name: np.array(values)[which] for name, values in per_segment.items()
+        }
+        self._add("move", way, f_com=f_com, lean=lean, **spread)
+        self.pose, now.f_com, now.lean = way[-1], f_com[-1], leans[-1]
+        now.step, now.z = run[-1].step, run[-1].record.z
 
     def _balances(self, run: Run, force: BoolArray, forces: Array) -> list[Balance]:
         """Return forces that hold the object, per segment."""
@@ -153,53 +139,50 @@ class _Scheduler:
 
     def _switch(self, force: BoolArray, f_com: Array, lean: Array) -> None:
         """Change modes and commanded forces while the object rests."""
-        hand, count = self.hand, self._samples(self.pace.switch)
-        share = force.astype(float)
+        now, rising = self.now, ramp(self._samples(self.pace.switch))
         # A finger that comes under force control does so at the force of its last touch.
-        before = np.where(hand.share > 0, hand.f_com, np.minimum(self.touch, f_com))
-        after = np.where(force, f_com, before)
-        limit = np.where(hand.down, self.problem.fingers.max_normal_force, hand.limit)
-        rising = ramp(count)[:, None]
-        self._rest(
-            "switch",
-            self.pace.switch,
-            force_share=hand.share + rising * (share - hand.share),
-            f_com=before + rising * (after - before),
-            lean=hand.lean + rising[:, :, None] * (lean - hand.lean),
-            limit=hand.limit + rising * (limit - hand.limit),
-        )
-        hand.share, hand.f_com, hand.lean, hand.limit = share, after, lean, limit
+        now.f_com = np.where(now.force_share > 0, now.f_com, np.minimum(self.touch, f_com))
+        after = {
+            "force_share": force.astype(float),
+            "f_com": np.where(force, f_com, now.f_com),
+            "lean": lean,
+            "limit": np.where(now.down, self.problem.fingers.max_normal_force, now.limit),
+        }
+        changes = {}
+        for name, value in after.items():
+            before = getattr(now, name)
+            changes[name] = before + np.multiply.outer(rising, value - before)
+        self._rest("switch", self.pace.switch, **changes)
+        vars(now).update(after)
 
     def _regrasp(self, number: int, step: RegraspStep) -> None:
-        i, hand, pace = step.finger, self.hand, self.pace
-        self.step, self.z = number, step.z
+        i, now, pace = step.finger, self.now, self.pace
+        now.step, now.z = number, step.z
         force, f_com = commanded(step)
         rest = balance(self.problem, Moment(self.pose), step.placements, force, f_com, lifted=i)
         if not rest.holds:
             self.notes.append(f"no forces balance in step {number}, finger {i} lifted")
-        force[i] = hand.share[i] > 0  # the leaving finger unloads in the mode that it has
-        f_com[i] = min(self.touch, hand.f_com[i])
+        force[i] = now.force_share[i] > 0  # the leaving finger unloads in the mode that it has
+        f_com[i] = min(self.touch, now.f_com[i])
         self._switch(force, f_com, rest.forces * self.lean)
-        hand.share[i] = 0.0
+        now.force_share[i] = 0.0
         chosen = np.arange(len(force)) == i
-        lifted = np.zeros((self._samples(pace.lift), len(force), 3))
-        lifted[:, i] = np.outer(ramp(len(lifted)), self._offs(chosen)[i])
-        hand.down[i] = False
-        self._rest("lift", pace.lift, off=lifted)
-        hand.limit[i], hand.f_com[i] = self.touch, 0.0
+        now.down = now.down & ~chosen
+        rising = ramp(self._samples(pace.lift))
+        self._rest("lift", pace.lift, off=np.multiply.outer(rising, self._offs(chosen)))
+        now.limit[i], now.f_com[i] = self.touch, 0.0
         self._bring(i, np.array(step.to.point), np.array(step.to.normal))
         self._land("land", chosen)
 
     def _bring(self, i: int, point: Array, normal: Array) -> None:
         """Bring the lifted finger ``i`` to above its new placement."""
-        hand = self.hand
         whole, clear = self._transit().way(i, point, normal)
-        corners = whole[1:-1]
+        corners, speed = whole[1:-1], self.pace.transit * self.size
         if not clear:
-            self.notes.append(f"step {self.step}: finger {i} finds no clear way to its new place")
-        hand.points[i], hand.normals[i] = point, normal
+            step = self.now.step
+            self.notes.append(f"step {step}: finger {i} finds no clear way to its new place")
+        self.points[i], self.normals[i] = point, normal
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-        speed = self.pace.transit * self.size
         legs = [
             a + np.outer(progress(length, speed, self.pace.ramp / 2.0, self.dt) / length, b - a)
             for a, b, length in zip(corners, corners[1:], lengths, strict=False)
@@ -209,34 +192,34 @@ class _Scheduler:
         self._add("transit", [self.pose] * len(path), path=(i, path))
 
     def _transit(self) -> Transit:
-        hand, height = self.hand, self.pace.clearance * self.size
-        return Transit(self.problem, self.pose, hand.points, hand.normals, height)
+        height = self.pace.clearance * self.size
+        return Transit(self.problem, self.pose, self.points, self.normals, height)
 
     def _offs(self, which: BoolArray) -> Array:
         """Return (n, 3), how the fingers ``which`` stand off, object frame; 0 for the others."""
-        transit, hand = self._transit(), self.hand
-        return np.array([
-            transit.off(i, hand.points[i], hand.normals[i]) if chosen else np.zeros(3)
-            for i, chosen in enumerate(which)
-        ])  # fmt: skip
+        transit, offs = self._transit(), np.zeros_like(self.points)
+        for i in np.flatnonzero(which).tolist():
+            offs[i] = transit.off(i, self.points[i], self.normals[i])
+        return offs
 
     def _land(self, phase: str, which: BoolArray) -> None:
         """Bring fingers down to their placements, and a little beyond until they feel it."""
-        hand, offs = self.hand, self._offs(which)
-        falling = ramp(self._samples(self.pace.lift))[:, None]
-        beside = np.abs((offs * hand.normals).sum(axis=1)) <= TOUCHING * self.size
+        offs, lift = self._offs(which), self.pace.lift
+        falling = ramp(self._samples(lift))[:, None]
+        beside = np.abs((offs * self.normals).sum(axis=1)) <= TOUCHING * self.size
         if (offs[beside] != 0.0).any():
             # A finger that felt for the surface before it is there would land on an edge.
             share = np.where(beside[:, None], 1.0 - falling[:, :, None], 1.0)
-            self._rest(phase, self.pace.lift, share * offs)
+            self._rest(phase, lift, share * offs)
             offs = np.where(beside[:, None], 0.0, offs)
-        reach = self.pace.reach * self.size * which
-        looking = np.tile(which.astype(float), (len(falling), 1))
-        lower, press = (1.0 - falling[:, :, None]) * offs, falling * reach
-        self._rest(phase, self.pace.lift, lower, press=press, landing=looking)
-        hand.down = hand.down | which
+        press = falling * (self.pace.reach * self.size * which)
+        looking = np.tile(which, (len(falling), 1))
+        self._rest(phase, lift, (1.0 - falling[:, :, None]) * offs, press=press, landing=looking)
+        self.now.down = self.now.down | which
 
-    def _rest(self, phase: str, seconds: float, off: Array | float = 0.0, **arrays: Array) -> None:
+    def _rest(
+        self, phase: str, seconds: float, off: Array | float = 0.0, **arrays: Array | BoolArray
+    ) -> None:
         self._add(phase, [self.pose] * self._samples(seconds), None, off, **arrays)
 
     def _add(
@@ -245,56 +228,28 @@ class _Scheduler:
         way: Sequence[Pose],
         path: tuple[int, Array] | None = None,
         off: Array | float = 0.0,
-        **arrays: Array,
+        **arrays: Array | BoolArray,
     ) -> None:
         """Append instants at the K poses ``way``; what is not given stays as it is.
 
         Fingertips are ``off`` (K, n, 3) where they touch, object frame.
         """
-        K, hand = len(way), self.hand
-        n = len(hand.points)
+        K = len(way)
         position = np.array([pose.position for pose in way])
         rotation = np.array([pose.rotation for pose in way])
-        touching = hand.points - self.problem.fingers.radius[:, None] * hand.normals
-        local = touching + np.broadcast_to(off, (K, n, 3))
+        local = self.points - self.problem.fingers.radius[:, None] * self.normals
+        local = local + np.broadcast_to(off, (K, *local.shape))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
         if path is not None:
             centre[:, path[0]] = path[1]
-        unchanged = self._unchanged(phase)
-        assert arrays.keys() <= unchanged.keys()
-        fields = {
-            name: np.broadcast_to(arrays.get(name, still), (K, *still.shape)).astype(still.dtype)
-            for name, still in unchanged.items()
-        }
+        fields: dict[str, Any] = {}
+        for name, value in {**vars(self.now), "phase": PHASES.index(phase)}.items():
+            still = np.asarray(value)
+            given = np.broadcast_to(arrays.pop(name, still), (K, *still.shape))
+            fields[name] = given.astype(still.dtype)
+        assert not arrays
         fields["lean"] = np.einsum("tij,tnj->tni", rotation, fields["lean"])
-        self.timelines.append(
-            Timeline(
-                dt=self.dt,
-                position=position,
-                rotation=rotation,
-                centre=centre,
-                normal=np.einsum("tij,nj->tni", rotation, hand.normals),
-                notes=tuple(self.notes),
-                **fields,
-            )
-        )
+        normal = np.einsum("tij,nj->tni", rotation, self.normals)
+        where = {"position": position, "rotation": rotation, "centre": centre, "normal": normal}
+        self.timelines.append(Timeline(dt=self.dt, notes=tuple(self.notes), **where, **fields))
         self.notes.clear()
-
-    def _unchanged(self, phase: str) -> dict[str, Any]:
-        """Return per field of a Timeline what is so at one instant where nothing else is said."""
-        hand, n = self.hand, len(self.hand.points)
-        return {
-            "force_share": hand.share,
-            "f_com": hand.f_com,
-            "lean": hand.lean,
-            "least": np.full(n, np.nan),
-            "most": np.full(n, np.nan),
-            "limit": hand.limit,
-            "press": np.zeros(n),
-            "down": hand.down,
-            "landing": np.zeros(n, dtype=bool),
-            "step": np.array(self.step),
-            "segment": np.array(-1),
-            "z": np.array(self.z),
-            "phase": np.array(PHASES.index(phase)),
-        }

@@ -11,13 +11,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import InputError
 from gm_ompl.motion.arc import Segment
 from gm_ompl.planfile.arcs import arc_of
-from gm_ompl.planfile.model import (
-    DisplacementStep,
-    PlacementRecord,
-    Plan,
-    RegraspStep,
-    SegmentRecord,
-)
+from gm_ompl.planfile.model import PlacementRecord, Plan, RegraspStep, SegmentRecord, Step
 
 STRAIGHT = 0.99
 """Cosine between the vertices' velocities before and after, below which the object stops."""
@@ -25,26 +19,13 @@ STRAIGHT = 0.99
 
 @dataclass(frozen=True, eq=False)
 class PlannedSegment:
-    """One segment of a displacement step.
+    """One segment of a displacement step."""
 
-    Attributes:
-        step: number of the step in the plan.
-        number: of the segment in the step.
-        part: of the arc.
-        placements: per finger.
-        record: modes, f_com and z as the plan states them.
-    """
-
-    step: int
-    number: int
-    part: Segment
-    placements: tuple[PlacementRecord, ...]
-    record: SegmentRecord
-
-    def velocities(self, t: float, corners: Array) -> Array:
-        """Return the velocities of ``corners`` (m, 3), object frame, at ``t`` of the arc."""
-        twist = self.part.arc.twist(t)
-        return twist.at(corners @ self.part.arc.pose(t).rotation.T)
+    step: int  # number of the step in the plan
+    number: int  # of the segment in the step
+    part: Segment  # of the arc
+    placements: tuple[PlacementRecord, ...]  # per finger
+    record: SegmentRecord  # modes, f_com and z as the plan states them
 
 
 Run: TypeAlias = list[PlannedSegment]
@@ -54,8 +35,10 @@ NumberedRegrasp: TypeAlias = tuple[int, RegraspStep]
 """A regrasp, the object resting, and the number of its step."""
 
 
-def planned_segments(number: int, step: DisplacementStep) -> Run:
-    """Return the segments of step ``number`` with their parts of its arc."""
+def planned_segments(number: int, step: Step) -> Run:
+    """Return the segments of step ``number`` with their parts of its arc; none of a regrasp."""
+    if isinstance(step, RegraspStep):
+        return []
     parts = arc_of(step).segments(len(step.segments))
     return [
         PlannedSegment(number, k, part, step.placements, record)
@@ -64,11 +47,7 @@ def planned_segments(number: int, step: DisplacementStep) -> Run:
 
 
 def runs(plan: Plan, corners: Array) -> list[Run | NumberedRegrasp]:
-    """Cut ``plan`` into runs and regrasps.
-
-    Args:
-        plan: its steps fit its scenario.
-        corners: (m, 3), of the object, object frame.
+    """Cut ``plan`` into runs and regrasps; ``corners`` (m, 3) are the object's, object frame.
 
     Raises:
         InputError: the plan has no displacement.
@@ -93,8 +72,10 @@ def _continues(before: PlannedSegment, after: PlannedSegment, corners: Array) ->
     """Whether the object need not stop between two segments."""
     if (before.record.modes, before.placements) != (after.record.modes, after.placements):
         return False
-    old = before.velocities(before.part.last, corners)
-    new = after.velocities(after.part.first, corners)
+    old, new = (
+        part.arc.twist(t).at(corners @ part.arc.pose(t).rotation.T)
+        for part, t in ((before.part, before.part.last), (after.part, after.part.first))
+    )
     return bool((old * new).sum() >= STRAIGHT * np.linalg.norm(old) * np.linalg.norm(new))
 
 

@@ -15,27 +15,16 @@ from gm_ompl.errors import InputError
 
 @dataclass(frozen=True)
 class Pace:
-    """Speeds and times; lengths in diagonals D of the object, times in seconds.
+    """Speeds and times; lengths in diagonals D of the object, times in seconds."""
 
-    Attributes:
-        speed: of the object's fastest vertex while it moves [D/s].
-        ramp: time to reach that speed and to stop [s].
-        settle: time to come to rest, at the beginning and at the end [s].
-        switch: time in which modes and commanded forces change, the object at rest [s].
-        lift: time to leave a surface, and to come down on it [s].
-        transit: a lifted finger's speed [D/s].
-        clearance: height of a finger above its placement when lifted [D].
-        reach: how far beyond its placement a finger goes to find the surface [D].
-    """
-
-    speed: float = 0.3
-    ramp: float = 0.3
-    settle: float = 0.3
-    switch: float = 0.3
-    lift: float = 0.4
-    transit: float = 0.6
-    clearance: float = 0.015
-    reach: float = 0.015
+    speed: float = 0.3  # of the object's fastest vertex while it moves [D/s]
+    ramp: float = 0.3  # time to reach that speed and to stop [s]
+    settle: float = 0.3  # time to come to rest, at the beginning and at the end [s]
+    switch: float = 0.3  # time in which modes and commanded forces change, the object at rest [s]
+    lift: float = 0.4  # time to leave a surface, and to come down on it [s]
+    transit: float = 0.6  # a lifted finger's speed [D/s]
+    clearance: float = 0.015  # height of a finger above its placement when lifted [D]
+    reach: float = 0.015  # how far beyond its placement a finger goes to find the surface [D]
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.speed) and 0 < self.speed <= 100):
@@ -83,51 +72,33 @@ finger leaves, is in transit, comes down."""
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """The plan over time, T instants ``dt`` apart, n fingers; world frame, scenario's units.
+    """The plan over time, T instants ``dt`` apart, n fingers; world frame, scenario's units."""
 
-    Attributes:
-        dt: time step [s].
-        position: (T, 3), the centre of mass.
-        rotation: (T, 3, 3), object to world.
-        centre: (T, n, 3), the fingertips' centres.
-        normal: (T, n, 3), unit, into the object at the finger's placement.
-        force_share: (T, n), 1 under force control, 0 under position control, between in a switch.
-        f_com: (T, n), commanded normal force; counts by ``force_share``.
-        lean: (T, n, 3), forces that the fingers lean on the object with, as far as they are
-            under position control.
-        least: (T, n), least normal force with which the object can be in balance; NaN where the
-            object rests or no balance exists.
-        most: (T, n), the greatest.
-        limit: (T, n), the most that a finger may press.
-        press: (T, n), how far beyond its placement a finger reaches for the surface.
-        down: (T, n) bool, whether the finger is to be in contact.
-        landing: (T, n) bool, whether it looks for the surface: it then remains where it finds it.
-        step: (T,), step of the plan, -1 before the first.
-        segment: (T,), segment of that step, -1 where the object rests.
-        z: (T,), the stability margin stated by the plan at that place.
-        phase: (T,), index into ``PHASES``.
-        notes: what could not be done as wished.
-    """
-
-    dt: float
-    position: Array
-    rotation: Array
-    centre: Array
-    normal: Array
+    dt: float  # time step [s]
+    position: Array  # (T, 3), the centre of mass
+    rotation: Array  # (T, 3, 3), object to world
+    centre: Array  # (T, n, 3), the fingertips' centres
+    normal: Array  # (T, n, 3), unit, into the object at the finger's placement
+    # (T, n), 1 under force control, 0 under position control, between in a switch
     force_share: Array
-    f_com: Array
+    f_com: Array  # (T, n), commanded normal force; counts by ``force_share``
+    # (T, n, 3), forces that the fingers lean on the object with, as far as they are under
+    # position control
     lean: Array
+    # (T, n), least normal force with which the object can be in balance; NaN where the object
+    # rests or no balance exists
     least: Array
-    most: Array
-    limit: Array
-    press: Array
-    down: BoolArray
+    most: Array  # (T, n), the greatest
+    limit: Array  # (T, n), the most that a finger may press
+    press: Array  # (T, n), how far beyond its placement a finger reaches for the surface
+    down: BoolArray  # (T, n) bool, whether the finger is to be in contact
+    # (T, n) bool, whether it looks for the surface: it then remains where it finds it
     landing: BoolArray
-    step: IntArray
-    segment: IntArray
-    z: Array
-    phase: IntArray
-    notes: tuple[str, ...] = ()
+    step: IntArray  # (T,), step of the plan, -1 before the first
+    segment: IntArray  # (T,), segment of that step, -1 where the object rests
+    z: Array  # (T,), the stability margin stated by the plan at that place
+    phase: IntArray  # (T,), index into ``PHASES``
+    notes: tuple[str, ...] = ()  # what could not be done as wished
 
     def __len__(self) -> int:
         return len(self.position)
@@ -144,12 +115,9 @@ class Timeline:
         return seconds
 
     def scaled(self, length: float, force: float, offset: Array) -> Timeline:
-        """Return the timeline in SI units.
+        """Return the timeline in SI units: ``length`` metres and ``force`` newtons per unit.
 
-        Args:
-            length: metres per unit of length.
-            force: newtons per unit of force.
-            offset: (n, 3), added to the fingertips' places, object frame [m].
+        The fingertips' places are off by ``offset`` (n, 3), object frame [m].
         """
         moved = length * self.centre + np.einsum("tij,nj->tni", self.rotation, offset)
         lengths = {name: length * getattr(self, name) for name in ("position", "press")}
@@ -191,10 +159,7 @@ class Timeline:
     def inertia_wrench(self, mass: float, inertia: Array, length: float) -> Array:
         """Return (T, 6), the wrench that moving like this takes, about the centre, object frame.
 
-        Args:
-            mass: M [kg].
-            inertia: (3, 3), J [kg m^2].
-            length: metres per unit of length of this timeline.
+        ``mass`` is M [kg], ``inertia`` (3, 3) is J [kg m^2], ``length`` is metres per unit.
         """
         acceleration = length * _rate(_rate(self.position, self.dt), self.dt)
         force = mass * np.einsum("tji,tj->ti", self.rotation, acceleration)

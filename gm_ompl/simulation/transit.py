@@ -17,17 +17,10 @@ from gm_ompl.problem import Problem
 TOUCHING = 1e-6
 """Fingertips that touch something are clear of it, up to this [D], as in the plan's geometry."""
 
-HALVINGS = 6
-"""How often a height above a placement is halved where something is in the way."""
-
-BEARINGS = 16
-"""Directions in the surface in which a finger may leave where it cannot lift."""
-
-CELLS = 36
-"""Grid cells along the longest side of the region searched."""
-
-LOOK = 1e-3
-"""Least distance between points looked at along a straight line, of the region searched."""
+HALVINGS = 6  # how often a height above a placement is halved where something is in the way
+BEARINGS = 16  # directions in the surface in which a finger may leave where it cannot lift
+CELLS = 36  # grid cells along the longest side of the region searched
+LOOK = 1e-3  # least distance between points looked at along a straight line, of the region searched
 
 _STEPS = np.array([s for s in itertools.product((-1, 0, 1), repeat=3) if any(s)])
 
@@ -182,21 +175,13 @@ def _cut(clearance: Clearance, corners: Array, look: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Transit:
-    """Fingers about to land, or just lifted, while the object rests and others keep their places.
+    """Fingers about to land, or just lifted, while the object rests and others stay."""
 
-    Attributes:
-        problem: the scenario.
-        pose: where the object rests.
-        points: (n, 3), the fingers' placements, object frame.
-        normals: (n, 3), into the object.
-        height: how far a finger stands off where it can.
-    """
-
-    problem: Problem
-    pose: Pose
-    points: Array
-    normals: Array
-    height: float
+    problem: Problem  # the scenario
+    pose: Pose  # where the object rests
+    points: Array  # (n, 3), the fingers' placements, object frame
+    normals: Array  # (n, 3), into the object
+    height: float  # how far a finger stands off where it can
 
     def off(self, i: int, point: Array, normal: Array) -> Array:
         """Return (3,), from where finger ``i`` touches at ``point`` to where it stands off.

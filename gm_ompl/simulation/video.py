@@ -12,8 +12,7 @@ from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
 from gm_ompl.writing import whole, write_bytes
 
-RATE = 30
-"""Pictures per second."""
+RATE = 30  # pictures per second
 
 WIDTH, HEIGHT = 640, 480
 

@@ -17,31 +17,19 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
 from gm_ompl.problem import Problem
 
-SIZE = 0.0172**0.5
-"""D of the cork box, 60 x 60 x 100 mm [m]."""
-
-MASS = 0.092
-"""M of the cork box [kg]."""
-
-GRAVITY = 9.8
-"""The paper's [m/s^2]."""
+SIZE = 0.0172**0.5  # D of the cork box, 60 x 60 x 100 mm [m]
+MASS = 0.092  # M of the cork box [kg]
+GRAVITY = 9.8  # the paper's [m/s^2]
 
 
 @dataclass(frozen=True)
 class Units:
-    """Factors that take a scenario's numbers to SI numbers in the simulator.
+    """Factors that take a scenario's numbers to SI numbers in the simulator."""
 
-    Attributes:
-        length: metres per unit of length.
-        mass: kilograms per unit of mass.
-        force: newtons per unit of force.
-        gravity: g in the simulator [m/s^2]; 0 where the scenario has none.
-    """
-
-    length: float
-    mass: float
-    force: float
-    gravity: float
+    length: float  # metres per unit of length
+    mass: float  # kilograms per unit of mass
+    force: float  # newtons per unit of force
+    gravity: float  # g in the simulator [m/s^2]; 0 where the scenario has none
 
     @classmethod
     def of(cls, problem: Problem) -> Units:
@@ -52,45 +40,36 @@ class Units:
         Raises:
             InputError: no gravity, and no finger may press: nothing can be simulated.
         """
-        length, mass = SIZE / problem.body.diagonal, MASS / problem.mass
-        weight = problem.mass * problem.mechanics.gravity
-        if weight > 0:
-            return cls(length, mass, MASS * GRAVITY / weight, GRAVITY)
-        strongest = float(problem.fingers.max_normal_force.max(initial=0.0))
-        if strongest <= 0:
+        unit = force_unit(problem)
+        if unit <= 0:
             raise InputError("without gravity some finger must have a max_normal_force above 0")
-        return cls(length, mass, MASS * GRAVITY / strongest, 0.0)
+        gravity = GRAVITY if problem.mechanics.gravity > 0 else 0.0
+        length, mass = SIZE / problem.body.diagonal, MASS / problem.mass
+        return cls(length, mass, MASS * GRAVITY / unit, gravity)
+
+
+def force_unit(problem: Problem) -> float:
+    """Return the object's weight, or the largest f_max where there is no gravity."""
+    weight = problem.mass * problem.mechanics.gravity
+    return weight or float(problem.fingers.max_normal_force.max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Bodies and friction, SI units.
+    """Bodies and friction, SI units."""
 
-    Attributes:
-        pieces: per convex piece of the object its vertices (v, 3), object frame.
-        mass: the object's.
-        inertia: (3, 3), about the centre of mass, object frame.
-        obstacles: per convex piece its vertices (v, 3), world frame.
-        floor: whether the half space z < 0 is solid.
-        radius: (n,), of the fingertips.
-        friction: (n,), Coulomb coefficient of each fingertip against the object.
-        environment_friction: Coulomb coefficient of floor and obstacles against the object.
-        gravity: g, along -z.
-        offset: (n, 3), error of each fingertip's place, object frame.
-        lift: how much higher than planned the object starts, so that an object of another size
-            does not start inside the floor.
-    """
-
-    pieces: tuple[Array, ...]
-    mass: float
-    inertia: Array
-    obstacles: tuple[Array, ...]
-    floor: bool
-    radius: Array
-    friction: Array
-    environment_friction: float
-    gravity: float
-    offset: Array
+    pieces: tuple[Array, ...]  # per convex piece of the object its vertices (v, 3), object frame
+    mass: float  # the object's
+    inertia: Array  # (3, 3), about the centre of mass, object frame
+    obstacles: tuple[Array, ...]  # per convex piece its vertices (v, 3), world frame
+    floor: bool  # whether the half space z < 0 is solid
+    radius: Array  # (n,), of the fingertips
+    friction: Array  # (n,), Coulomb coefficient of each fingertip against the object
+    environment_friction: float  # Coulomb coefficient of floor and obstacles against the object
+    gravity: float  # g, along -z
+    offset: Array  # (n, 3), error of each fingertip's place, object frame
+    # how much higher than planned the object starts, so that an object of another size does not
+    # start inside the floor
     lift: float = 0.0
 
     @property
@@ -121,8 +100,7 @@ def world(problem: Problem, units: Units) -> World:
     )
 
 
-KINDS = ("friction", "mass", "size", "place")
-"""What a model may be wrong in."""
+KINDS = ("friction", "mass", "size", "place")  # what a model may be wrong in
 
 
 def varied(
@@ -172,10 +150,7 @@ def varied(
 def lifted(errant: World, nominal: World, rotation: Array) -> World:
     """Return ``errant`` with its object raised or lowered so that it stands as the planned one.
 
-    Args:
-        errant: a world with an object of another size.
-        nominal: the world as modelled.
-        rotation: (3, 3), object to world at the start.
+    Its size is another; ``rotation`` (3, 3) takes object to world at the start.
     """
     down = rotation[2]
     lowest = [float((np.concatenate(w.pieces) @ down).min()) for w in (errant, nominal)]

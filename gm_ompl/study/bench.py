@@ -20,9 +20,7 @@ import numpy as np
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.planners.planner import Budget
-from gm_ompl.planners.registry import make_planner
-from gm_ompl.problem import Placements, Problem
+from gm_ompl.problem import Problem
 from gm_ompl.study.bench_decisions import Searched, Times, searched, timed
 
 Json: TypeAlias = dict[str, Any]
@@ -30,11 +28,8 @@ Json: TypeAlias = dict[str, Any]
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp")
 SEARCHES = ("astar", "dijkstra")
 
-DRAWN = 1000
-"""Decisions drawn per search for the kernel."""
-
-SAMPLED_NODES = 400
-"""Nodes on which arcs are counted; the mean stands for all."""
+DRAWN = 1000  # decisions drawn per search for the kernel
+SAMPLED_NODES = 400  # nodes on which arcs are counted; the mean stands for all
 
 _SHARES = {
     "geometry": ("geometry", "contact", "motion"),
@@ -77,26 +72,16 @@ def bench(
             for way, values in times.items():
                 pool[search][way] += values
             decisions.append(_decision_row(name, search, len(one.asked), times))
-        row = _plan_row(name, problem, repeat, search_limit)
-        plain = _plain(found["dijkstra"], statistics.fmean(mean) if mean else None)
-        plans.append({
-            **row, **plain,
-            "ratio": None if plain["plain_s"] is None else plain["plain_s"] / row["seconds"],
-            "profile": profiled(problem, search_limit),
-            "peak_mb": _spent(_plan(name, overrides))[1],
-        })  # fmt: skip
+        mean_ms = statistics.fmean(mean) if mean else None
+        row = _plan_row(found["dijkstra"], mean_ms, repeat, search_limit)
+        plans.append({"scenario": name, **row, "peak_mb": _spent(_plan(name, overrides))[1]})
     decisions += [_decision_row("all", search, None, times) for search, times in pool.items()]
+    machine = {
+        "python": platform.python_version(), "platform": platform.platform(),
+        "cores": os.cpu_count(), "load": os.getloadavg()[0],
+    }  # fmt: skip
     start = {**start, "scenario": scenarios[0]}
-    return {"machine": _machine(), "decisions": decisions, "plans": plans, "start": start}
-
-
-def _machine() -> Json:
-    return {
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "cores": os.cpu_count(),
-        "load": os.getloadavg()[0],
-    }
+    return {"machine": machine, "decisions": decisions, "plans": plans, "start": start}
 
 
 def _decision_row(name: str, search: str, asked: int | None, times: Times) -> Json:
@@ -122,34 +107,25 @@ def _median(values: Sequence[float]) -> float | None:
     return statistics.median(values) if values else None
 
 
-def _plan_row(name: str, problem: Problem, repeat: int, time_limit: float) -> Json:
-    """Solve ``repeat`` + 1 times by A*, memos emptied each time; the first is not timed."""
-    seconds = []
-    for _ in range(repeat + 1):
-        judge = Judge(problem, KernelBackend(problem))
-        started = time.perf_counter()
-        rng = np.random.default_rng(0)
-        result = make_planner("astar").solve(problem, judge, Budget(time_limit), rng)
-        seconds.append(time.perf_counter() - started)
+def _plan_row(plain: Searched, mean_ms: float | None, repeat: int, time_limit: float) -> Json:
+    """Time A*, its first run left out, beside the plain search: counted decisions times a mean."""
+    runs = [searched(plain.problem, "astar", time_limit) for _ in range(repeat + 1)][1:]
+    seconds, result = statistics.median(run.seconds for run in runs), runs[0].result
+    expanded = int(plain.result.statistics["expanded"])
+    decisions = decisions_per_node(plain.problem) * expanded
+    plain_s = None if mean_ms is None else 1e-3 * mean_ms * decisions
     return {
-        "scenario": name,
         "optimal": result.optimal,
-        "seconds": statistics.median(seconds[1:]),
+        "seconds": seconds,
         "expanded": int(result.statistics["expanded"]),
         "mode_decisions": int(result.statistics["mode_decisions"]),
-    }
-
-
-def _plain(search: Searched, mean_ms: float | None) -> Json:
-    """Return what the plain search takes: its counted decisions times their measured mean."""
-    expanded = int(search.result.statistics["expanded"])
-    decisions = decisions_per_node(search.problem) * expanded
-    return {
         "plain_expanded": expanded,
-        "plain_is_whole": search.result.optimal,
+        "plain_is_whole": plain.result.optimal,
         "plain_decisions": decisions,
         "plain_mean_decision_ms": mean_ms,
-        "plain_s": None if mean_ms is None else 1e-3 * mean_ms * decisions,
+        "plain_s": plain_s,
+        "ratio": None if plain_s is None else plain_s / seconds,
+        "profile": profiled(plain.problem, time_limit),
     }
 
 
@@ -173,22 +149,16 @@ def decisions_per_node(problem: Problem) -> float:
             continue
         placements = tuple(int(rng.choice(r)) for r in rows)
         if judge.apart(placements):
-            regrasps = sum(_targets(judge, placements, i, rows[i]) for i in range(n))
+            regrasps = 0
+            for i in range(n):  # how many other placements are clear of the other fingers
+                clear = zip(judge.clear[i], placements, strict=True)
+                fits = [table[rows[i], row] for table, row in clear if table is not None]
+                regrasps += int(np.all(fits, axis=0).sum()) - 1 if fits else len(rows[i]) - 1
             heads = sum(
                 judge.placements_valid(pose(q), placements) for _, q in lattice.neighbours(at)
             )
             counts.append(regrasps + problem.cost.samples_per_arc * heads)
     return float(np.mean(counts)) if counts else 0.0
-
-
-def _targets(judge: Judge, placements: Placements, finger: int, rows: np.ndarray) -> int:
-    """Return how many other placements are free for a finger and clear of the others."""
-    fits = np.ones(len(rows), dtype=bool)
-    for other, row in enumerate(placements):
-        clear = judge.clear[finger][other]
-        if clear is not None:
-            fits &= clear[rows, row]
-    return int(fits.sum()) - 1
 
 
 def startup(scenario: str, overrides: Sequence[str], repeat: int) -> dict[str, float]:
@@ -205,12 +175,7 @@ def startup(scenario: str, overrides: Sequence[str], repeat: int) -> dict[str, f
 
 
 def _plan(scenario: str, overrides: Sequence[str]) -> list[str]:
-    return [
-        "plan",
-        scenario,
-        "--json",
-        *(word for change in overrides for word in ("--set", change)),
-    ]
+    return ["plan", scenario, "--json", *(w for change in overrides for w in ("--set", change))]
 
 
 def _spent(arguments: list[str]) -> tuple[float, float]:
@@ -230,19 +195,15 @@ def profiled(problem: Problem, time_limit: float) -> dict[str, float]:
 
     Time is counted where it passes, numpy's and compiled code's in the module that calls them.
     """
-    judge = Judge(problem, KernelBackend(problem))
     profile = cProfile.Profile()
-    rng = np.random.default_rng(0)
-    profile.runcall(make_planner("astar").solve, problem, judge, Budget(time_limit), rng)
+    searched(problem, "astar", time_limit, profile)
     spent = dict.fromkeys([*_SHARES, "other"], 0.0)
     for function, row in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
         callers = row[4]
-        if _share(function[0]) == "other" and callers:
-            # Code of libraries counts where it is called from.
-            for caller, part in callers.items():
-                spent[_share(caller[0])] += part[2]
-        else:
-            spent[_share(function[0])] += row[2]
+        library = _share(function[0]) == "other" and callers
+        # Code of libraries counts where it is called from.
+        for place, part in callers.items() if library else [(function, row)]:
+            spent[_share(place[0])] += part[2]
     total = sum(spent.values())
     return {name: seconds / total for name, seconds in spent.items()}
 

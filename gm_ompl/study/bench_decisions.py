@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from cProfile import Profile
 from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
@@ -27,19 +28,13 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """A search and the decisions of the whole hand that it made.
+    """A search and the decisions of the whole hand that it made."""
 
-    Attributes:
-        problem: what was searched.
-        backend: numbers the contact states.
-        result: of the search.
-        asked: every decision made, in order.
-    """
-
-    problem: Problem
-    backend: KernelBackend
-    result: SearchResult
-    asked: list[Key]
+    problem: Problem  # what was searched
+    backend: KernelBackend  # numbers the contact states
+    result: SearchResult  # of the search
+    asked: list[Key]  # every decision made, in order
+    seconds: float  # wall time of the search [s]
 
 
 Times: TypeAlias = dict[str, list[float]]
@@ -50,29 +45,29 @@ mode sets and, where no finger is force-controlled, solves (6) direction by dire
 Sec. 3.4 is written, see ``as_written``."""
 
 
-def searched(problem: Problem, planner: str, time_limit: float) -> Searched:
-    """Search with the kernel and keep what was decided."""
+def searched(
+    problem: Problem, planner: str, time_limit: float, profile: Profile | None = None
+) -> Searched:
+    """Search with the kernel, memos empty, perhaps profiled, and keep what was decided."""
     backend = KernelBackend(problem)
-    judge = Judge(problem, backend)
-    rng = np.random.default_rng(0)
-    result = make_planner(planner).solve(problem, judge, Budget(time_limit), rng)
-    count = problem.fingers.count
-    return Searched(problem, backend, result, [k for k in backend.decided() if len(k[2]) == count])
+    judge, solve = Judge(problem, backend), make_planner(planner).solve
+    started, rng = time.perf_counter(), np.random.default_rng(0)
+    call = profile.runcall if profile else lambda function, *given: function(*given)
+    result: SearchResult = call(solve, problem, judge, Budget(time_limit), rng)
+    seconds = time.perf_counter() - started
+    asked = [key for key in backend.decided() if len(key[2]) == problem.fingers.count]
+    return Searched(problem, backend, result, asked, seconds)
 
 
 def timed(search: Searched, most: int, with_highs: int, repeat: int) -> Times:
-    """Time decisions of a search.
-
-    Args:
-        search: where they come from.
-        most: decisions drawn for the kernel.
-        with_highs: of these, how many HiGHS makes too.
-        repeat: passes of the kernel over the decisions.
-    """
+    """Time ``most`` decisions of a search, ``repeat`` times, and ``with_highs`` by HiGHS too."""
     drawn = spread(search.asked, most)
     passes = [_kernel_pass(search, drawn) for _ in range(repeat)]
     kernel = np.median([times for times, _ in passes], axis=0).tolist() if drawn else []
-    both = [t for t, d in zip(kernel, passes[0][1], strict=True) if _both_force(d)]
+    both = [
+        t for t, decision in zip(kernel, passes[0][1], strict=True)
+        if decision.modes and ControlMode.POSITION not in decision.modes
+    ]  # fmt: skip
     sample = [_one_of_sample(search, key, repeat) for key in spread(drawn, with_highs)]
     ways = {
         way: [times[k] for times in sample] for k, way in enumerate(("sample", "highs", "whole"))
@@ -85,7 +80,7 @@ def _one_of_sample(search: Searched, key: Key, repeat: int) -> tuple[float, floa
 
     A machine's speed changes within seconds: what is to be divided is measured side by side.
     """
-    instant = _instant(search, key)
+    instant = search.problem.instant(search.backend.contacts(key[0]), key[1], key[2])
     kernel = [_kernel_pass(search, [key])[0][0] for _ in range(repeat)]
     needed, whole = _milliseconds(decide_modes, instant), _milliseconds(as_written, instant)
     kernel += [_kernel_pass(search, [key])[0][0] for _ in range(repeat)]
@@ -124,14 +119,6 @@ def _kernel_pass(search: Searched, drawn: list[Key]) -> tuple[list[float], list[
         times.append(1e3 * (time.process_time() - started))
         decisions.append(decision)
     return times, decisions
-
-
-def _both_force(decision: ModeDecision) -> bool:
-    return bool(decision.modes) and ControlMode.POSITION not in decision.modes
-
-
-def _instant(search: Searched, key: Key) -> Instant:
-    return search.problem.instant(search.backend.contacts(key[0]), key[1], key[2])
 
 
 def _milliseconds(decide: Callable[[Instant], object], instant: Instant) -> float:

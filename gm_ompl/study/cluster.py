@@ -14,6 +14,7 @@ import logging
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from types import ModuleType
 from typing import Any, final
 
@@ -24,17 +25,13 @@ from gm_ompl.study.workers import ATTEMPTS, Executor, LocalExecutor, Outcome
 LOCAL, DASK = "local", "dask://"
 """What users write for an executor; the second goes before an address."""
 
-RECONNECT_S = 120.0
-"""How long a lost scheduler is waited for [s]."""
-
-CONNECT_S = 10.0
-"""How long one attempt to connect takes at most [s]."""
+RECONNECT_S = 120.0  # how long a lost scheduler is waited for [s]
+CONNECT_S = 10.0  # how long one attempt to connect takes at most [s]
 
 LOST = (OSError, TimeoutError, concurrent.futures.CancelledError)
 """How a lost scheduler shows itself; distributed's own closed connections are OSErrors."""
 
-_here = threading.local()
-"""On a worker, per thread, its executor."""
+_here = threading.local()  # on a worker, per thread, its executor
 
 
 def remote_run(tree: dict[str, Any], code: str) -> Outcome:
@@ -100,11 +97,7 @@ class DaskExecutor:
     def _results(
         self, left: dict[int, Task], losses: dict[int, int]
     ) -> Iterator[tuple[int, Outcome]]:
-        """Send what is left and yield what comes back; what a worker lost is only counted.
-
-        Raises:
-            One of ``lost``: the scheduler is gone.
-        """
+        """Send what is left and yield what comes back; what a worker lost is only counted."""
         code = code_version()
         sent = {
             self._client.submit(remote_run, task.to_dict(), code, pure=False, retries=0): number
@@ -116,18 +109,16 @@ class DaskExecutor:
                 if future.status == "finished":
                     yield number, _checked(future.result(timeout=CONNECT_S), code)
                 elif future.status == "error":
-                    losses[number] = _counted(losses[number], future)
+                    losses[number] += 1
+                    if losses[number] >= ATTEMPTS:
+                        raise GmOmplError(
+                            f"a run failed on the cluster again and again: {future.exception()!r}"
+                        )
                 else:  # lost, cancelled: the scheduler has forgotten it
                     raise OSError("the scheduler was lost")
         finally:
-            self._forget(sent)
-
-    def _forget(self, sent: dict[Any, int]) -> None:
-        """Call back what is still under way; a scheduler that is gone has nothing to forget."""
-        try:
-            self._client.cancel([future for future in sent if not future.done()], force=True)
-        except LOST:
-            return
+            with suppress(*LOST):  # a scheduler that is gone has nothing to forget
+                self._client.cancel([future for future in sent if not future.done()], force=True)
 
     def _connect(self) -> Any:
         return self._dask.Client(
@@ -135,11 +126,7 @@ class DaskExecutor:
         )
 
     def _reconnect(self) -> None:
-        """Wait for a scheduler at the same address.
-
-        Raises:
-            GmOmplError: none comes.
-        """
+        """Wait for a scheduler at the same address."""
         self.close()
         end = time.monotonic() + RECONNECT_S
         while True:
@@ -153,10 +140,8 @@ class DaskExecutor:
 
     def close(self) -> None:
         """Leave the cluster; it stays up."""
-        try:
+        with suppress(*LOST):
             self._client.close(timeout=CONNECT_S)
-        except LOST:
-            return
 
 
 def _checked(outcome: Outcome, code: str) -> Outcome:
@@ -166,17 +151,6 @@ def _checked(outcome: Outcome, code: str) -> Outcome:
             "install the same on all machines"
         )
     return outcome
-
-
-def _counted(losses: int, future: Any) -> int:
-    """Return the number of a run's losses with this one.
-
-    Raises:
-        GmOmplError: it is one too many.
-    """
-    if losses + 1 >= ATTEMPTS:
-        raise GmOmplError(f"a run failed on the cluster again and again: {future.exception()!r}")
-    return losses + 1
 
 
 def secured(address: str, tls: bool) -> str:

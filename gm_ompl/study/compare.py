@@ -12,11 +12,8 @@ from gm_ompl.study.store import RunRecord, Store
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
-EXACT = "astar"
-"""The planner whose proven optimum costs are compared with."""
-
-Watch: TypeAlias = Callable[[int, int], None]
-"""Called with (runs done, runs in all)."""
+EXACT = "astar"  # the planner whose proven optimum costs are compared with
+Watch: TypeAlias = Callable[[int, int], None]  # called with (runs done, runs in all)
 
 
 def make_tasks(

@@ -31,8 +31,7 @@ COLOURS = (
 )  # fmt: skip
 """Told apart by readers with any kind of colour vision."""
 
-TIMES = 200
-"""Points in time at which curves of cost are drawn."""
+TIMES = 200  # points in time at which curves of cost are drawn
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em }
@@ -43,11 +42,7 @@ th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left }
 
 
 def report_html(records: Sequence[RunRecord], optima: Mapping[str, float]) -> str:
-    """Return the page.
-
-    Args:
-        records: the runs.
-        optima: proven optimal costs by scenario key.
+    """Return the page of the runs; ``optima`` are proven optimal costs by scenario key.
 
     Raises:
         MissingExtraError: plotly is not installed.
@@ -173,21 +168,11 @@ def cost_quantiles(
 
 @dataclass(frozen=True)
 class Table:
-    """What a comparison says in rows: for terminals, pages and the documentation.
+    """What a comparison says in rows: for terminals, pages and the documentation."""
 
-    Attributes:
-        title: what it shows.
-        head: names of the columns; the first two say which runs a row is about.
-        rows: text.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-    def markdown(self) -> str:
-        """Return the table as Markdown, without its title."""
-        return table(self.head, self.rows)
+    title: str  # what it shows
+    head: tuple[str, ...]  # names of the columns; the first two say which runs a row is about
+    rows: tuple[tuple[str, ...], ...]  # text
 
     def html(self) -> str:
         """Return the table as HTML."""
@@ -219,9 +204,14 @@ def tables(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[T
 def figures(row: Summary) -> tuple[str, ...]:
     """Return a summary's figures as text, from the number of runs to how else they ended."""
     numbers = (row.first_plan_s, row.cost, row.ratio, row.regrasps, row.least_z, row.decisions)
-    others = ", ".join(f"{count} {status}" for status, count in row.others.items())
-    success, peak = f"{row.success:.0%}", f"{row.peak_mb:.0f}"
-    return (str(row.runs), success, *map(figure, numbers), peak, others or "-")
+    others = ", ".join(f"{count} {status}" for status, count in row.others.items()) or "-"
+    return (
+        f"{row.runs}",
+        f"{row.success:.0%}",
+        *map(figure, numbers),
+        f"{row.peak_mb:.0f}",
+        others,
+    )
 
 
 def _difference(row: Difference) -> str:
@@ -257,16 +247,16 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def tuning_html(tuned: Tuned, measures: tuple[str, ...], title: str) -> str:
     """Return the page: history of the trials, importance of the parameters, and the gains.
 
-    Args:
-        tuned: what was found.
-        measures: of the objective, in the order of the trials' values.
-        title: of the page.
-
     Raises:
         MissingExtraError: plotly is not installed.
     """
     lines = [f"<p>{html.escape(line)}</p>" for line in gain_lines(tuned)]
-    return _page(title, [*lines, *_figures(tuned, measures)])
+    shares = tuned.importances
+    bars = plotly("tune").Figure()
+    bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")
+    what = f"Importance: share of the differences in {measures[0]} that each explains alone"
+    bars.update_layout(title=what, xaxis_range=[0, 1])
+    return _page(title, [*lines, *charts(tuned.study, measures), bars])
 
 
 def gain_lines(tuned: Tuned) -> Iterator[str]:
@@ -278,13 +268,3 @@ def gain_lines(tuned: Tuned) -> Iterator[str]:
             f"(95% interval {gain.low:.3g} to {gain.high:.3g}: {verdict}); "
             f"with a plan {gain.solved[0]:.0%} before, {gain.solved[1]:.0%} tuned"
         )
-
-
-def _figures(tuned: Tuned, measures: tuple[str, ...]) -> Iterator[Any]:
-    """Yield optuna's charts and the importances of the parameters."""
-    yield from charts(tuned.study, measures)
-    shares = tuned.importances
-    bars = plotly("tune").Figure()
-    bars.add_bar(x=list(shares.values()), y=list(shares), orientation="h")
-    title = f"Importance: share of the differences in {measures[0]} that each explains alone"
-    yield bars.update_layout(title=title, xaxis_range=[0, 1])

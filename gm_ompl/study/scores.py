@@ -16,28 +16,18 @@ import numpy as np
 from gm_ompl.study.store import RunRecord
 from gm_ompl.study.summary import RESAMPLES, SEED, Samples, ends
 
-PENALTY = 10.0
-"""A run without a plan counts as this many times what it had spent, or as this cost."""
-
-LEAST_S = 1e-4
-"""Times below this are noise [s]."""
+PENALTY = 10.0  # a run without a plan counts as this many times what it had spent, or as this cost
+LEAST_S = 1e-4  # times below this are noise [s]
 
 
 @dataclass(frozen=True)
 class Gain:
-    """One setting against another.
+    """One setting against another."""
 
-    Attributes:
-        factor: geometric mean of the measure with the old setting over that with the new.
-        low: lower end of its 95% bootstrap interval.
-        high: upper end.
-        solved: shares of runs with a plan, of the old and of the new setting.
-    """
-
-    factor: float
-    low: float
-    high: float
-    solved: tuple[float, float]
+    factor: float  # geometric mean of the measure with the old setting over that with the new
+    low: float  # lower end of its 95% bootstrap interval
+    high: float  # upper end
+    solved: tuple[float, float]  # shares of runs with a plan, of the old and of the new setting
 
     @property
     def supported(self) -> bool:
@@ -95,10 +85,7 @@ def _logs(name: str, runs: Sequence[RunRecord], reference: Reference) -> dict[st
 def score(name: str, runs: Sequence[RunRecord], base: Sequence[RunRecord]) -> float:
     """Return the geometric mean of a measure over runs.
 
-    Args:
-        name: of the measure.
-        runs: what is scored.
-        base: the same runs with the defaults, which costs are taken relative to.
+    Costs are relative to ``base``, the same runs with the defaults.
     """
     logs = _logs(name, runs, _references(base))
     return math.exp(float(np.mean(np.concatenate(list(logs.values()))))) if logs else 1.0

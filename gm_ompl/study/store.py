@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
-from types import ModuleType, NoneType
+from types import NoneType
 from typing import Any, TypeAlias, final, get_args, get_type_hints
 
 from gm_ompl.errors import InputError, MissingExtraError
@@ -22,69 +22,45 @@ History: TypeAlias = tuple[tuple[float, float | None, float | None], ...]
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One finished run.
+    """One finished run."""
 
-    Attributes:
-        key: see ``Task.key``.
-        scenario: its name.
-        scenario_key: a hash of the resolved scenario.
-        planner: its name.
-        parameters: the planner's.
-        seed: of the run.
-        time_limit: [s], or None.
-        memory_limit: [MiB], or None.
-        max_iterations: or None.
-        code: the version of the code that ran.
-        status: "solved", "infeasible", "budget" or "interrupted" as in plan files; "timeout" and
-            "memory" where the run was stopped from outside; "killed" where somebody else did
-            that again and again; "crash" and "error" where the planner failed; "refused" where
-            it cannot treat the scenario.
-        message: why, where there is something to say.
-        cost: of the plan, or None.
-        optimal: whether it is proven optimal.
-        lower_bound: no plan on the lattice is cheaper; None where nothing is known.
-        first_plan_s: time to the first plan [s], or None.
-        search_s: of the search [s], or None.
-        wall_s: of the whole run, its process included [s].
-        cpu_s: processor time of the whole run [s].
-        peak_mb: peak resident memory of the run's process [MiB], what is shared with the server
-            it was forked from included.
-        regrasps: in the plan, or None.
-        least_z: the smallest stability margin along the plan, or None.
-        mode_decisions: made by the search.
-        first_plan_decisions: mode decisions made when the first plan was reported, or None. The
-            Hybrid planners report it at once; others at their next progress event.
-        states: of the scenario's lattice: nodes times placements to the power of fingers.
-        iterations: nodes expanded, or the planner's own iterations.
-        history: (time, cost of the best plan or None, lower bound or None), in time order.
-    """
-
-    key: str
-    scenario: str
-    scenario_key: str
-    planner: str
-    parameters: dict[str, Any]
-    seed: int
-    time_limit: float | None
-    memory_limit: float | None
-    max_iterations: int | None
-    code: str
+    key: str  # see ``Task.key``
+    scenario: str  # its name
+    scenario_key: str  # a hash of the resolved scenario
+    planner: str  # its name
+    parameters: dict[str, Any]  # the planner's
+    seed: int  # of the run
+    time_limit: float | None  # [s], or None
+    memory_limit: float | None  # [MiB], or None
+    max_iterations: int | None  # or None
+    code: str  # the version of the code that ran
+    # "solved", "infeasible", "budget" or "interrupted" as in plan files; "timeout" and "memory"
+    # where the run was stopped from outside; "killed" where somebody else did that again and
+    # again; "crash" and "error" where the planner failed; "refused" where it cannot treat the
+    # scenario
     status: str
-    message: str = ""
-    cost: float | None = None
-    optimal: bool = False
+    message: str = ""  # why, where there is something to say
+    cost: float | None = None  # of the plan, or None
+    optimal: bool = False  # whether it is proven optimal
+    # no plan on the lattice is cheaper; None where nothing is known
     lower_bound: float | None = None
-    first_plan_s: float | None = None
-    search_s: float | None = None
-    wall_s: float = 0.0
-    cpu_s: float = 0.0
+    first_plan_s: float | None = None  # time to the first plan [s], or None
+    search_s: float | None = None  # of the search [s], or None
+    wall_s: float = 0.0  # of the whole run, its process included [s]
+    cpu_s: float = 0.0  # processor time of the whole run [s]
+    # peak resident memory of the run's process [MiB], what is shared with the server it was
+    # forked from included
     peak_mb: float = 0.0
-    regrasps: int | None = None
-    least_z: float | None = None
-    mode_decisions: int | None = None
+    regrasps: int | None = None  # in the plan, or None
+    least_z: float | None = None  # the smallest stability margin along the plan, or None
+    mode_decisions: int | None = None  # made by the search
+    # mode decisions made when the first plan was reported, or None. The Hybrid planners report it
+    # at once; others at their next progress event.
     first_plan_decisions: int | None = None
+    # of the scenario's lattice: nodes times placements to the power of fingers
     states: float | None = None
-    iterations: int | None = None
+    iterations: int | None = None  # nodes expanded, or the planner's own iterations
+    # (time, cost of the best plan or None, lower bound or None), in time order
     history: History = ()
 
     @property
@@ -160,11 +136,7 @@ class Store:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Name the file where SQLite cannot write it: a full disk, another file.
-
-    Raises:
-        InputError: that is so.
-    """
+    """Name the file where SQLite cannot write it: a full disk, another file."""
     try:
         yield
     except sqlite3.Error as error:
@@ -188,43 +160,28 @@ def write_parquet(records: Sequence[RunRecord], path: Path) -> None:
     Raises:
         MissingExtraError: pyarrow is not installed.
     """
-    arrow, parquet = _pyarrow()
-    schema = arrow.schema([(name, _type(arrow, name, hint)) for name, hint in _hints().items()])
-    rows = [{name: _value(name, getattr(run, name)) for name in schema.names} for run in records]
-    with whole(path) as part:
-        parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), part)
-
-
-def _pyarrow() -> tuple[ModuleType, ModuleType]:
     try:
-        import pyarrow
-        import pyarrow.parquet
+        import pyarrow as arrow
+        from pyarrow import parquet
     except ImportError:
         raise MissingExtraError("pyarrow", "parquet") from None
-    return pyarrow, pyarrow.parquet
-
-
-def _hints() -> dict[str, Any]:
-    hints = get_type_hints(RunRecord)
-    return {field.name: hints[field.name] for field in fields(RunRecord)}
-
-
-def _type(arrow: ModuleType, name: str, hint: Any) -> Any:
-    """Return the column type of a field: of ``X`` and of ``X | None`` the same."""
-    if name == "history":
-        parts = ("time_s", "cost", "lower_bound")
-        return arrow.list_(arrow.struct([(part, arrow.float64()) for part in parts]))
     kinds = {float: arrow.float64(), int: arrow.int64(), bool: arrow.bool_()}
-    (kind,) = [part for part in get_args(hint) or (hint,) if part is not NoneType][:1]
-    return kinds.get(kind, arrow.string())
-
-
-def _value(name: str, value: Any) -> Any:
-    if name == "parameters":
-        return json.dumps(value)
-    if name == "history":
-        return [dict(zip(("time_s", "cost", "lower_bound"), entry, strict=True)) for entry in value]
-    return value
+    parts = ("time_s", "cost", "lower_bound")
+    columns = {}
+    for name, hint in get_type_hints(RunRecord).items():
+        kind = next(part for part in get_args(hint) or (hint,) if part is not NoneType)
+        columns[name] = kinds.get(kind, arrow.string())
+    columns["history"] = arrow.list_(arrow.struct([(part, arrow.float64()) for part in parts]))
+    rows = [
+        {
+            **{name: getattr(run, name) for name in columns},
+            "parameters": json.dumps(run.parameters),
+            "history": [dict(zip(parts, entry, strict=True)) for entry in run.history],
+        }
+        for run in records
+    ]
+    with whole(path) as part:
+        parquet.write_table(arrow.Table.from_pylist(rows, schema=arrow.schema(columns)), part)
 
 
 @contextmanager

@@ -16,8 +16,7 @@ from gm_ompl.study.store import RunRecord
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
-SEED = 0
-"""Of the resampling: the same runs give the same intervals."""
+SEED = 0  # of the resampling: the same runs give the same intervals
 
 FAMILY = re.compile(r"(random/[^/]+)/\d+")
 """Scenarios drawn at random are taken together: each is one draw from its family."""
@@ -28,59 +27,38 @@ Statistic: TypeAlias = Callable[[Samples], Samples]
 
 @dataclass(frozen=True)
 class Summary:
-    """One planner on one scenario, or on the scenarios of a random family.
+    """One planner on one scenario, or on the scenarios of a random family."""
 
-    Attributes:
-        scenario: its name, or the family's.
-        planner: its name.
-        runs: how many.
-        success: share of the runs with a plan.
-        first_plan_s: median time to the first plan [s], runs without one counted as infinite; None
-            where no more than half have one.
-        cost: median cost of the plans; None without plans.
-        ratio: median of cost over the proven optimum, of the plans; None where that is unknown.
-        regrasps: median number, of the plans.
-        least_z: median of the smallest stability margins, of the plans.
-        peak_mb: median peak memory [MiB].
-        decisions: median number of mode decisions.
-        others: runs per status other than solved or budget ("infeasible", "crash", ...).
-    """
-
-    scenario: str
-    planner: str
-    runs: int
-    success: float
+    scenario: str  # its name, or the family's
+    planner: str  # its name
+    runs: int  # how many
+    success: float  # share of the runs with a plan
+    # median time to the first plan [s], runs without one counted as infinite; None where no more
+    # than half have one
     first_plan_s: float | None
-    cost: float | None
+    cost: float | None  # median cost of the plans; None without plans
+    # median of cost over the proven optimum, of the plans; None where that is unknown
     ratio: float | None
-    regrasps: float | None
-    least_z: float | None
-    peak_mb: float
-    decisions: float | None
+    regrasps: float | None  # median number, of the plans
+    least_z: float | None  # median of the smallest stability margins, of the plans
+    peak_mb: float  # median peak memory [MiB]
+    decisions: float | None  # median number of mode decisions
+    # runs per status other than solved or budget ("infeasible", "crash", ...)
     others: Mapping[str, int]
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A planner's figure minus the first planner's on the same scenario, with its interval.
+    """A planner's figure minus the first planner's on the same scenario, with its interval."""
 
-    Attributes:
-        scenario: its name.
-        planner: the planner.
-        against: the first planner.
-        what: "success", "first plan [s]" or "cost / optimum".
-        value: the difference; None where it is not finite.
-        low: lower end of the 95% bootstrap interval, perhaps -inf; None where nothing is known.
-        high: upper end, perhaps +inf.
-    """
-
-    scenario: str
-    planner: str
-    against: str
-    what: str
-    value: float | None
+    scenario: str  # its name
+    planner: str  # the planner
+    against: str  # the first planner
+    what: str  # "success", "first plan [s]" or "cost / optimum"
+    value: float | None  # the difference; None where it is not finite
+    # lower end of the 95% bootstrap interval, perhaps -inf; None where nothing is known
     low: float | None
-    high: float | None
+    high: float | None  # upper end, perhaps +inf
 
     @property
     def supported(self) -> bool:
@@ -100,12 +78,7 @@ def family(scenario: str) -> str:
 
 
 def grouped(records: Sequence[RunRecord], group: Callable[[str], str] = family) -> Groups:
-    """Return the runs by group of scenarios and planner, in the order of first runs.
-
-    Args:
-        records: the runs.
-        group: gives a scenario's group; its random family where it has one.
-    """
+    """Return the runs by group of scenarios and planner, in the order of first runs."""
     groups: Groups = {}
     for record in records:
         groups.setdefault(group(record.scenario), {}).setdefault(record.planner, []).append(record)
@@ -146,10 +119,11 @@ def _summary(
         runs=len(runs),
         success=float(np.mean([run.solved for run in runs])),
         first_plan_s=_median(first_times(runs)),
-        cost=_median([run.cost for run in runs]),
         ratio=_median(ratios(runs, optima)),
-        regrasps=_median([run.regrasps for run in runs]),
-        least_z=_median([run.least_z for run in runs]),
+        **{
+            name: _median([getattr(run, name) for run in runs])
+            for name in ("cost", "regrasps", "least_z")
+        },
         peak_mb=float(np.median([run.peak_mb for run in runs])),
         decisions=_median([run.mode_decisions for run in runs]),
         others=dict(others),
@@ -174,7 +148,7 @@ def differences(
         (first, base), *others = planners.items()
         for planner, runs in others:
             for what, sample, statistic in (
-                ("success", _successes, _means),
+                ("success", lambda runs: np.array([float(run.solved) for run in runs]), _means),
                 ("first plan [s]", first_times, _medians),
                 ("cost / optimum", lambda runs: ratios(runs, optima), _medians),
             ):
@@ -200,10 +174,6 @@ def _interval(
         for key in keys
     ]
     return paired_difference([(a, b) for a, b in pairs if a.size and b.size], statistic)
-
-
-def _successes(records: Sequence[RunRecord]) -> Samples:
-    return np.array([float(record.solved) for record in records])
 
 
 def _means(samples: Samples) -> Samples:
@@ -244,11 +214,8 @@ def difference(a: Samples, b: Samples, statistic: Statistic) -> Interval:
 def paired_difference(pairs: Sequence[tuple[Samples, Samples]], statistic: Statistic) -> Interval:
     """Return what ``difference`` does, for samples that come in pairs, one pair per scenario.
 
-    Whole pairs are drawn anew: what two planners share is how hard the scenarios are.
-
-    Args:
-        pairs: of shapes (m_i,) and (n_i,), not empty; may hold +inf.
-        statistic: along the last axis.
+    Whole pairs, neither sample empty, are drawn anew: what two planners share is how hard the
+    scenarios are.
     """
     if not pairs:
         return None, None, None

@@ -1,4 +1,4 @@
-"""One run of a comparison: what is planned, by what, and the key under which it is stored."""
+"""One run of a comparison: what is planned, by what, under which key, and what it finds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import gm_ompl
+from gm_ompl.planners.planner import Progress
+from gm_ompl.scenario.scenario import Scenario
 
 Json: TypeAlias = dict[str, Any]
 
@@ -20,36 +22,22 @@ WITHOUT_INFLUENCE = ("app", "study")
 
 @dataclass(frozen=True)
 class Limits:
-    """What one run may spend; None is no limit.
+    """What one run may spend; None is no limit."""
 
-    Attributes:
-        time_s: wall time of the search [s].
-        memory_mb: resident memory of the run's process [MiB].
-        max_iterations: the planner's own iterations.
-    """
-
-    time_s: float | None = None
-    memory_mb: float | None = None
-    max_iterations: int | None = None
+    time_s: float | None = None  # wall time of the search [s]
+    memory_mb: float | None = None  # resident memory of the run's process [MiB]
+    max_iterations: int | None = None  # the planner's own iterations
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One run.
+    """One run."""
 
-    Attributes:
-        scenario: as resolved.
-        planner: its name.
-        parameters: the value of every parameter of the planner.
-        seed: of the run.
-        limits: what it may spend.
-    """
-
-    scenario: Json
-    planner: str
-    parameters: Json
-    seed: int
-    limits: Limits
+    scenario: Json  # as resolved
+    planner: str  # its name
+    parameters: Json  # the value of every parameter of the planner
+    seed: int  # of the run
+    limits: Limits  # what it may spend
 
     @property
     def scenario_name(self) -> str:
@@ -62,11 +50,7 @@ class Task:
         return _hash(self.scenario)
 
     def key(self, code: str | None = None) -> str:
-        """Return a hash of everything that decides what the run finds.
-
-        Args:
-            code: the code's version; that of the installed code where None.
-        """
+        """Return a hash of everything that decides what the run finds, the code included."""
         return _hash({**self.to_dict(), "code": code or code_version()})
 
     def to_dict(self) -> Json:
@@ -91,6 +75,41 @@ def code_version() -> str:
     package = Path(__file__).resolve().parents[1]
     for source in sorted(package.rglob("*.py")):
         place = source.relative_to(package)
-        if place.parts[0] not in WITHOUT_INFLUENCE or place.name == "run.py":
+        if place.parts[0] not in WITHOUT_INFLUENCE or place.name == "task.py":
             digest.update(f"{place.as_posix()}\0".encode() + source.read_bytes())
     return f"{gm_ompl.__version__}+{digest.hexdigest()[:12]}"
+
+
+def carry_out(task: Task) -> dict[str, Any]:
+    """Plan as ``task`` says and return what a record keeps of the plan.
+
+    Raises:
+        InputError: the planner cannot treat the scenario.
+    """
+    limits = task.limits
+    scenario = Scenario.from_resolved(task.scenario)
+    first: list[Progress] = []
+
+    def watch(progress: Progress) -> None:
+        if progress.cost is not None and not first:
+            first.append(progress)
+
+    plan = gm_ompl.plan(
+        scenario, task.planner, time_limit=limits.time_s, max_iterations=limits.max_iterations,
+        memory_limit=limits.memory_mb, seed=task.seed, parameters=task.parameters, report=watch,
+    )  # fmt: skip
+    spent, fingers = plan.statistics, scenario.problem.fingers
+    times = [time for time, cost, _ in spent.history if cost is not None]
+    decided = first[0].mode_decisions if first else spent.mode_decisions
+    same = ("status", "cost", "optimal", "lower_bound", "regrasps", "least_z")
+    return {
+        **{name: getattr(plan, name) for name in same},
+        "first_plan_s": None if plan.cost is None else [*times, spent.time_s][0],
+        "search_s": spent.time_s,
+        "mode_decisions": spent.mode_decisions,
+        "first_plan_decisions": None if plan.cost is None else decided,
+        # nodes times one placement for each finger
+        "states": float(scenario.problem.lattice.size) * len(fingers.placements) ** fingers.count,
+        "iterations": spent.expanded,
+        "history": [list(entry) for entry in spent.history],
+    }

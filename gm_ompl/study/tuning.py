@@ -26,7 +26,7 @@ from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.scores import MEASURES, Gain, gain, score
-from gm_ompl.study.store import JournalLock, RunRecord, Store, writing_journal
+from gm_ompl.study.store import JournalLock, Store, writing_journal
 from gm_ompl.study.task import Limits, Task, code_version
 from gm_ompl.study.workers import Executor
 
@@ -35,37 +35,24 @@ OBJECTIVES: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 """What may be asked for, and the measures that are then made small."""
 
-FRESH = 1_000_000
-"""Held-out runs have seeds from here on: no trial was chosen by them."""
+FRESH = 1_000_000  # held-out runs have seeds from here on: no trial was chosen by them
 
 Values: TypeAlias = dict[str, Value]
-Watch: TypeAlias = Callable[[int, int], None]
-"""Called with (trials finished, trials in all)."""
+Watch: TypeAlias = Callable[[int, int], None]  # called with (trials finished, trials in all)
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """What is tuned, on what, by what.
+    """What is tuned, on what, by what."""
 
-    Attributes:
-        planner: its name.
-        training: scenarios that trials are scored on.
-        held_out: scenarios that the winner is scored on.
-        seeds: runs per scenario and trial.
-        limits: of each run.
-        objective: a key of ``OBJECTIVES``.
-        trials: how many.
-        seed: of the search over parameters.
-    """
-
-    planner: str
-    training: Sequence[Scenario]
-    held_out: Sequence[Scenario]
-    seeds: int
-    limits: Limits
-    objective: str
-    trials: int
-    seed: int
+    planner: str  # its name
+    training: Sequence[Scenario]  # scenarios that trials are scored on
+    held_out: Sequence[Scenario]  # scenarios that the winner is scored on
+    seeds: int  # runs per scenario and trial
+    limits: Limits  # of each run
+    objective: str  # a key of ``OBJECTIVES``
+    trials: int  # how many
+    seed: int  # of the search over parameters
 
     def __post_init__(self) -> None:
         shared = {s.name for s in self.training} & {s.name for s in self.held_out}
@@ -105,23 +92,15 @@ class Tried:
 
 @dataclass(frozen=True)
 class Tuned:
-    """What tuning found.
+    """What tuning found."""
 
-    Attributes:
-        trials: all, in order; the first has the defaults.
-        best: the winner's place among them.
-        front: places of the trials that no other beats in every measure.
-        importances: see ``importances``.
-        gains: per measure, the winner against the defaults on the held-out scenarios.
-        study: optuna's, for its charts.
-    """
-
-    trials: tuple[Tried, ...]
-    best: int
-    front: tuple[int, ...]
-    importances: Mapping[str, float]
+    trials: tuple[Tried, ...]  # all, in order; the first has the defaults
+    best: int  # the winner's place among them
+    front: tuple[int, ...]  # places of the trials that no other beats in every measure
+    importances: Mapping[str, float]  # see ``importances``
+    # per measure, the winner against the defaults on the held-out scenarios
     gains: Mapping[str, Gain]
-    study: Any
+    study: Any  # optuna's, for its charts
 
 
 def searched(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
@@ -163,24 +142,14 @@ def tune(
     best_numbers = {trial.number for trial in study.best_trials}
     front = tuple(k for k, t in enumerate(finished[: design.trials]) if t.number in best_numbers)
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
-    gains = _gains(design, trials[best].parameters, store, executor)
+    settings: tuple[Values, Values] = ({}, trials[best].parameters)
+    old, new = (compare(design.tasks(s, held_out=True), store, executor) for s in settings)
+    gains = {name: gain(name, old, new) for name in MEASURES}
     return Tuned(trials, best, front, importances(trials), gains, study)
 
 
-def _gains(design: Design, parameters: Values, store: Store, executor: Executor) -> dict[str, Gain]:
-    """Return the gain in every measure on the held-out scenarios."""
-    sides: list[tuple[RunRecord, ...]] = [
-        compare(design.tasks(values, held_out=True), store, executor) for values in ({}, parameters)
-    ]
-    return {name: gain(name, sides[0], sides[1]) for name in MEASURES}
-
-
 def _study(optuna: ModuleType, design: Design, journal: Path) -> Any:
-    """Open or begin the study; a trial that was under way when it was killed is given up.
-
-    Raises:
-        InputError: there is a journal that cannot be read.
-    """
+    """Open or begin the study; a trial that was under way when it was killed is given up."""
     if os.path.lexists(journal):
         check_ordinary(journal, JOURNAL)
     backend = optuna.storages.journal.JournalFileBackend(str(journal), JournalLock(journal))

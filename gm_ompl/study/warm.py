@@ -22,8 +22,7 @@ SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 WARMING = ("paper/slide", "paper/regrasp")
 """Scenarios that, made small, load most of the compiled code a run may need."""
 
-Version: TypeAlias = tuple[str, str, Any]
-"""Module, name and argument types of a compiled function."""
+Version: TypeAlias = tuple[str, str, Any]  # module, name and argument types of a compiled function
 
 
 def warm_up(planners: Iterable[str]) -> None:

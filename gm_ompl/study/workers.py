@@ -16,15 +16,13 @@ from gm_ompl.cores import cores
 from gm_ompl.errors import GmOmplError
 from gm_ompl.study.task import Task
 
-ATTEMPTS = 5
-"""A run that somebody else keeps killing is given up after so many attempts."""
+ATTEMPTS = 5  # a run that somebody else keeps killing is given up after so many attempts
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """A run counts as one core; numeric libraries would take them all."""
 
 
-Outcome: TypeAlias = dict[str, Any]
-"""Fields of ``RunRecord``."""
+Outcome: TypeAlias = dict[str, Any]  # fields of ``RunRecord``
 
 
 class Executor(Protocol):

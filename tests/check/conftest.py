@@ -12,7 +12,8 @@ import pytest
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.planfile import Plan, assemble
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.scenario.scenario import Scenario

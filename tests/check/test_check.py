@@ -17,7 +17,7 @@ import pytest
 
 from gm_ompl.checking import check
 from gm_ompl.checking.coordinates import crossed, gap, in_goal, lattice_steps, outside
-from gm_ompl.planfile import Plan
+from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.reference.statics import statics
 from gm_ompl.scenario.scenario import Scenario

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from gm_ompl.checking import check
-from gm_ompl.planfile import Plan, assemble
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import Plan
 from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.scenario import Scenario
 

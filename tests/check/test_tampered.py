@@ -10,7 +10,7 @@ import pytest
 
 from gm_ompl.checking import check
 from gm_ompl.errors import InputError, PlanError
-from gm_ompl.planfile import Plan
+from gm_ompl.planfile.model import Plan
 from tests.check.tampering import CASES, Draft, put, total
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from gm_ompl.planfile import Plan
+from gm_ompl.planfile.model import Plan
 
 POSE = {"position": [0.0, 0.0, 2.5], "quaternion": [1.0, 0.0, 0.0, 0.0]}
 TOP = {"face": "+z", "cell": [1, 2], "point": [0.1, 0.2, 2.5], "normal": [0.0, 0.0, -1.0]}

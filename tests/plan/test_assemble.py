@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
-from gm_ompl.planfile import DisplacementStep, Plan, RegraspStep, assemble
+from gm_ompl.planfile.assemble import assemble
+from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep
 from gm_ompl.problem import Displacement, Move, Regrasp
 from gm_ompl.scenario.scenario import Scenario
 

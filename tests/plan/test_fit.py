@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import gm_ompl
 from gm_ompl.app.main import app
 from gm_ompl.errors import MisfitError
-from gm_ompl.planfile import Plan
 from gm_ompl.planfile.fit import problem_of
+from gm_ompl.planfile.model import Plan
 
 Draft = dict[str, Any]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gm_ompl.planfile import Plan
+from gm_ompl.planfile.model import Plan
 
 PAGE = Path(__file__).parents[2] / "docs" / "plan-format.md"
 

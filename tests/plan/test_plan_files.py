@@ -15,10 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gm_ompl.errors import PlanError
-from gm_ompl.planfile import Plan, SegmentRecord, Statistics
 from gm_ompl.planfile import files as plan_files
-from gm_ompl.planfile.files import dumps
-from gm_ompl.planfile.places import key_path, locate
+from gm_ompl.planfile.files import dumps, key_path, locate
+from gm_ompl.planfile.model import Plan, SegmentRecord, Statistics
 
 Tamper = Callable[[dict[str, Any]], object]
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from gm_ompl.app.benching import bench_command, lines
+from gm_ompl.app.studying import bench_command, lines
 from gm_ompl.app.verbs import BenchVerb
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load

@@ -15,7 +15,7 @@ from tests.study.test_compare import small_tasks
 
 HANGING = """
 import time
-from gm_ompl.study import child, server
+from gm_ompl.study import server
 held = []
 def behave(task):
     if task.seed == 2:
@@ -23,19 +23,19 @@ def behave(task):
     if task.seed > 0:
         time.sleep(60.0)
     return {"status": "solved"}
-child.GRACE_S, child.carry_out = 0.2, behave
+server.GRACE_S, server.carry_out = 0.2, behave
 server.main()
 """
 
 CRASHING = """
 import os, signal
 from gm_ompl.errors import InputError
-from gm_ompl.study import child, server
+from gm_ompl.study import server
 def behave(task):
     if task.seed == 0:
         os.kill(os.getpid(), signal.SIGSEGV)
     raise ZeroDivisionError("by zero") if task.seed == 1 else InputError("not for me")
-child.carry_out = behave
+server.carry_out = behave
 server.main()
 """
 
@@ -84,15 +84,15 @@ def _served(script: str, tasks: Sequence[Task]) -> dict[int, dict[str, Any]]:
 
 COLD = """
 import sys
-from gm_ompl.study import child, server, warm
-plain = child.carry_out
+from gm_ompl.study import server, warm
+plain = server.carry_out
 def counted(task):
     before = warm.compiled_versions()
     found = plain(task)
     with open({path!r}, "a") as file:
         print(len(warm.compiled_versions() - before), file=file)
     return found
-child.carry_out = counted
+server.carry_out = counted
 server.main()
 """
 
