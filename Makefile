@@ -1,5 +1,6 @@
 # make demo     plan a scenario of the paper, check the plan, and write a page that shows it
 # make test     the test suite
+# make test-fast  the parts by themselves, in under a minute once compiled
 # make verify   the long counts (hours); goes on where it was stopped
 # make regression  holds the shipped scenarios to what the last release did
 # make gallery  the pictures in docs/, from the shipped scenarios
@@ -13,7 +14,7 @@ DEMO := build/demo-plan.json
 DEMO_PAGE := build/demo.html
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install -qq
 
-.PHONY: demo test verify regression gallery lint types clean
+.PHONY: demo test test-fast verify regression gallery lint types clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -24,6 +25,10 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+test-fast: $(STAMP)
+	$(BIN)/python -m pytest -n 2 tests/units tests/motion tests/holds \
+	  tests/feasibility/test_steady_modes.py
 
 verify: $(STAMP)
 	$(BIN)/python -m tests.verify

@@ -7,10 +7,10 @@ inside has the name of a public function: importing it would take the function's
 from __future__ import annotations
 
 import importlib
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from gm_ompl.api import check, explain, judge, load, plan
     from gm_ompl.errors import (
         GeometryError,
@@ -87,13 +87,14 @@ __all__ = [
     "setup",
 ]
 
-__version__ = _version("gm-ompl")
-
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name == "__version__":
+        value: Any = importlib.import_module("importlib.metadata").version("gm-ompl")
+    elif name in _HOMES:
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
 

@@ -7,6 +7,7 @@ it, so that ``--help`` answers at once.
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 from contextlib import suppress
@@ -15,7 +16,7 @@ from typing import Annotated, Final
 
 import typer
 
-from gm_ompl import __version__
+import gm_ompl
 from gm_ompl.app.commands import TRACEBACK_VARIABLE, Exit, Switches, command
 from gm_ompl.app.output import hush_libraries, note, outlets, show_log
 from gm_ompl.app.verbs import VERBS
@@ -32,7 +33,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"gm-ompl {__version__}")
+        typer.echo(f"gm-ompl {gm_ompl.__version__}")
         raise typer.Exit
 
 
@@ -70,6 +71,8 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> None:
 def run() -> None:
     """Entry point of the command ``gm-ompl``."""
     gc.set_threshold(COLLECT_AFTER)
+    # Else pydantic looks for plugins of its own in every package that is installed.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     signal.signal(signal.SIGTERM, _interrupt)
     hush_libraries()
     with outlets() as stdout:
