@@ -13,9 +13,8 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.growth import Growth
-from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search
-from gm_ompl.planners.parameters import Parameter
+from gm_ompl.planners.parameters import Parameter, parameters_of
 from gm_ompl.planners.planner import (
     Budget,
     Planner,
@@ -28,9 +27,9 @@ from gm_ompl.planners.planner import (
 from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
-from gm_ompl.sampling.explorer import Course, Explorer
-from gm_ompl.sampling.first_plan import FirstPlan
+from gm_ompl.sampling.explorer import Course, Explorer, FirstPlan
 from gm_ompl.sampling.refine import Refinement
+from gm_ompl.sampling.settings import ExploringSettings, ImprovingSettings
 
 
 class Search(Protocol):
@@ -140,30 +139,33 @@ class HybridPlanner(Planner):
         """Return the search."""
 
 
+class FirstPlanPlanner(HybridPlanner):
+    """A search by one tree or two that ends with its first plan."""
+
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
+    parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ExploringSettings)
+    two_trees: ClassVar[bool]
+
+    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
+        """Return the search."""
+        settings = ExploringSettings(**self.settings)
+        return FirstPlan(judge, Explorer(judge, self.two_trees, settings, rng))
+
+
 @final
-class HybridRRT(HybridPlanner):
+class HybridRRT(FirstPlanPlanner):
     """One tree, from the start; stops at the first plan."""
 
     name: ClassVar[str] = "HybridRRT"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = EXPLORING
-
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
-        """Return a search by one tree."""
-        return FirstPlan(judge, Explorer(judge, False, exploring(self.settings), rng))
+    two_trees: ClassVar[bool] = False
 
 
 @final
-class HybridRRTConnect(HybridPlanner):
+class HybridRRTConnect(FirstPlanPlanner):
     """Two trees, from start and goal, both judged in the direction of execution."""
 
     name: ClassVar[str] = "HybridRRTConnect"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = EXPLORING
-
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
-        """Return a search by two trees."""
-        return FirstPlan(judge, Explorer(judge, True, exploring(self.settings), rng))
+    two_trees: ClassVar[bool] = True
 
 
 @final
@@ -172,11 +174,11 @@ class HybridRRTstar(HybridPlanner):
 
     name: ClassVar[str] = "HybridRRTstar"
     specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = IMPROVING
+    parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ImprovingSettings)
 
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
         """Return a search that goes on from plan to plan."""
-        return Anytime(judge, improving(self.settings), rng)
+        return Anytime(judge, ImprovingSettings(**self.settings), rng)
 
 
 def impossible(problem: Problem, judge: Judge) -> bool:

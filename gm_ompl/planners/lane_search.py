@@ -12,15 +12,15 @@ from __future__ import annotations
 
 import heapq
 import math
+from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
-from gm_ompl.planners.lane_entries import Choices, Entry, legs
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -37,7 +37,57 @@ RENEWED: Final = 0.05
 """Cost of renewing a start set's key among others, in units of treating one lane: measured."""
 
 
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A lane entered at a node.
+
+    Attributes:
+        placements: the lane's.
+        config: the node.
+        g: cost of getting there, all judged.
+        parent: the entry before the regrasp; None at the start.
+        way: the arcs along the parent's lane up to there.
+    """
+
+    placements: Placements
+    config: int
+    g: float
+    parent: Entry | None
+    way: tuple[int, ...] = ()
+
+
+@dataclass(eq=False)
+class Choices:
+    """A hub being left: its placements in increasing order of their bounds, one at a time."""
+
+    hub: Hub
+    config: int
+    g: float
+    parent: Entry
+    way: tuple[int, ...]
+    keys: Array
+    order: IntArray
+    next: int = 0
+
+
 Waiting: TypeAlias = Entry | Choices
+
+
+def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
+    """Return the arcs of a plan that follows an entry's lane along ``way``, and its legs.
+
+    A leg's places are counted in arcs from the start.
+    """
+    arcs, parts = way, [(entry.placements, len(way))]
+    while entry.parent is not None:
+        arcs = entry.way + arcs
+        parts.append((entry.parent.placements, len(entry.way)))
+        entry = entry.parent
+    found, at = list[Leg](), 0
+    for placements, count in reversed(parts):
+        found.append((placements, at, at + count))
+        at += count
+    return arcs, found
 
 
 @final

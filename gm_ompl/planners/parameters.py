@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from gm_ompl.arguments import kind_of, plain
 from gm_ompl.errors import InputError, did_you_mean
@@ -26,6 +27,7 @@ class Parameter:
         high: greatest value (numbers only), or None.
         choices: the values a ``str`` may take.
         logarithmic: whether a search over values should go by factors rather than by steps.
+        was: what it was called before; refused with its present name.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Parameter:
     high: float | None = None
     choices: tuple[str, ...] = ()
     logarithmic: bool = False
+    was: str = ""
 
     def checked(self, value: object) -> Value:
         """Return ``value`` in this parameter's type.
@@ -73,6 +76,15 @@ class Parameter:
         return noun if self.high is None else f"{noun} of at most {self.high:g}"
 
 
+def parameters_of(settings: type[Any]) -> tuple[Parameter, ...]:
+    """Return the parameters that the fields of settings are, their metadata telling the rest."""
+    return tuple(
+        Parameter(name, type(default), default, **item.metadata)
+        for item in dataclasses.fields(settings)
+        for name, default in [(item.name, cast(Value, item.default))]
+    )
+
+
 def checked(
     planner: str, declared: Sequence[Parameter], given: Mapping[str, Any]
 ) -> dict[str, Any]:
@@ -92,10 +104,9 @@ def checked(
     for name in given:
         if name not in known:
             offer = f"it has: {', '.join(known)}" if known else "it has none"
-            raise InputError(
-                f"planner {planner!r}: unknown parameter {name!r}"
-                f"{did_you_mean(str(name), known)}; {offer}"
-            )
+            now = [parameter.name for parameter in declared if parameter.was == name]
+            hint = f"; it is called {now[0]!r} now" if now else did_you_mean(str(name), known)
+            raise InputError(f"planner {planner!r}: unknown parameter {name!r}{hint}; {offer}")
     values = {name: parameter.default for name, parameter in known.items()}
     for name, value in given.items():
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -14,30 +13,10 @@ from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Move
 from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
-from gm_ompl.sampling.improver import Improver, ImproverSettings
+from gm_ompl.sampling.explorer import Course, Explorer
+from gm_ompl.sampling.improver import Improver
 from gm_ompl.sampling.refine import Refinement
-
-
-@dataclass(frozen=True)
-class AnytimeSettings:
-    """How time is divided once there is a plan.
-
-    Attributes:
-        explorer: how the first plan is found.
-        improver: how plans are improved.
-        roam: share of iterations that go on exploring, on any route.
-        elsewhere: share of the improving iterations spent on routes other than the best.
-        polish: share of iterations that refine the best plan off the route's vertices.
-        stall: iterations without improvement on the best route before it is varied.
-    """
-
-    explorer: ExplorerSettings = field(default_factory=ExplorerSettings)
-    improver: ImproverSettings = field(default_factory=ImproverSettings)
-    roam: float = 0.05
-    elsewhere: float = 0.2
-    polish: float = 0.1
-    stall: int = 40
+from gm_ompl.sampling.settings import ImprovingSettings
 
 
 @final
@@ -54,12 +33,10 @@ class Anytime:
         moves: the best plan's.
     """
 
-    def __init__(self, judge: Judge, settings: AnytimeSettings, rng: np.random.Generator) -> None:
+    def __init__(self, judge: Judge, settings: ImprovingSettings, rng: np.random.Generator) -> None:
         self._judge, self._settings, self._rng = judge, settings, rng
-        self._explorer = Explorer(judge, True, settings.explorer, rng)
-        self._draw = SetDraw(
-            judge.problem, judge, settings.explorer.lean, settings.explorer.explore
-        )
+        self._explorer = Explorer(judge, True, settings, rng)
+        self._draw = SetDraw(judge.problem, judge, settings.placement_bias, settings.uniform_share)
         self._improvers: dict[Course, Improver] = {}
         self._best: Course | None = None
         self._stalled = 0
@@ -80,11 +57,11 @@ class Anytime:
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
-        if self._best is None or self._rng.random() < self._settings.roam:
+        if self._best is None or self._rng.random() < self._settings.exploring_share:
             return self._explore(stop)
-        if self._rng.random() < self._settings.polish:
+        if self._rng.random() < self._settings.smoothing_share:
             return self._polish(stop)
-        if self._stalled >= self._settings.stall:
+        if self._stalled >= self._settings.stall_limit:
             self._vary()
         course = self._course()
         improver = self._improvers[course]
@@ -129,9 +106,7 @@ class Anytime:
         return self._keep(refinement.cost, refinement.moves)
 
     def _add(self, course: Course) -> None:
-        improver = Improver(
-            self._judge, course.store, self._draw, self._settings.improver, self._rng
-        )
+        improver = Improver(self._judge, course.store, self._draw, self._settings, self._rng)
         improver.seed([branch.lane for tree in course.trees for branch in tree.branches])
         self._improvers[course] = improver
 
@@ -143,7 +118,7 @@ class Anytime:
             for course, improver in self._improvers.items()
             if course is not self._best and improver.sample.least[0] < self._unrefined
         ]
-        if not others or self._rng.random() >= self._settings.elsewhere:
+        if not others or self._rng.random() >= self._settings.other_routes_share:
             return self._best
         # The newest first: an older one had its turns.
         weights = 1.0 / (1.0 + np.array([self._improvers[c].steps for c in others]))

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.extraction import Leg, merged, moves_of
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.holds.watch import Stop
+from gm_ompl.problem import Move
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_store import LaneStore
 from gm_ompl.sampling.route_maker import RouteMaker
 from gm_ompl.sampling.routes import Route
-from gm_ompl.sampling.tree import Tree, TreeSettings, join
-
-
-@dataclass(frozen=True)
-class ExplorerSettings:
-    """How the first plan is searched for.
-
-    Attributes:
-        tree: how trees grow.
-        lean: how strongly draws lean to placements that got far; 0 draws evenly.
-        explore: share of draws that are even all the same.
-        detour: chance per iteration to try another route of the object.
-    """
-
-    tree: TreeSettings = field(default_factory=TreeSettings)
-    lean: float = 2.0
-    explore: float = 0.1
-    detour: float = 0.02
+from gm_ompl.sampling.settings import ExploringSettings
+from gm_ompl.sampling.tree import Tree, join
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +57,15 @@ class Explorer:
     """
 
     def __init__(
-        self, judge: Judge, two_trees: bool, settings: ExplorerSettings, rng: np.random.Generator
+        self, judge: Judge, two_trees: bool, settings: ExploringSettings, rng: np.random.Generator
     ) -> None:
         problem = judge.problem
         self._judge, self._two, self._settings, self._rng = judge, two_trees, settings, rng
         self._maker = RouteMaker(judge, rng)
         ways = (True, False) if two_trees else (True,)
         self._draws = {
-            way: SetDraw(problem, judge, settings.lean, settings.explore) for way in ways
+            way: SetDraw(problem, judge, settings.placement_bias, settings.uniform_share)
+            for way in ways
         }
         self.sets = PlacementSets(problem.fingers.groups())
         self.courses: list[Course] = []
@@ -89,7 +77,7 @@ class Explorer:
 
     def step(self, stop: Stop) -> tuple[Course, list[Leg]] | None:
         """Do one iteration; return a plan's legs if it found one."""
-        if not self.courses or self._rng.random() < self._settings.detour:
+        if not self.courses or self._rng.random() < self._settings.new_route_share:
             self._add_course()
         if not self.courses:
             return None
@@ -113,7 +101,7 @@ class Explorer:
 
     def _add(self, route: Route) -> Course:
         store = LaneStore(self._judge, self.sets, route)
-        problem, settings = self._judge.problem, self._settings.tree
+        problem, settings = self._judge.problem, self._settings
         trees = tuple(
             Tree(problem, store, draw, way, settings, self._rng)
             for way, draw in self._draws.items()
@@ -143,3 +131,41 @@ class Explorer:
             return None
         other = course.trees[1] if tree is course.trees[0] else course.trees[0]
         return join(course.store, tree, number, other)
+
+
+@final
+class FirstPlan:
+    """An explorer that turns what it finds into moves.
+
+    Args:
+        judge: answers about the problem.
+        explorer: searches.
+
+    Attributes:
+        cost: of the plan, +inf without one.
+        moves: the plan's.
+    """
+
+    def __init__(self, judge: Judge, explorer: Explorer) -> None:
+        self._judge, self._explorer = judge, explorer
+        self.cost, self.moves = math.inf, tuple[Move, ...]()
+
+    @property
+    def branches(self) -> int:
+        """Branches of all trees."""
+        return self._explorer.branches
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far."""
+        return self._explorer.courses
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether it found a plan."""
+        found = self._explorer.step(stop)
+        if found is None:
+            return False
+        course, legs = found
+        moves = moves_of(self._judge, course.store.route.way, legs)
+        self.cost, self.moves = math.fsum(move.cost for move in moves), moves
+        return True

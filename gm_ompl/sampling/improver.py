@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -22,27 +21,7 @@ from gm_ompl.problem import Placements
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import CHEAPER, LaneSample
 from gm_ompl.sampling.lane_store import LaneStore, as_sets
-
-
-@dataclass(frozen=True)
-class ImproverSettings:
-    """How a plan is improved.
-
-    Attributes:
-        near_best: share of draws near the best plan's sets.
-        near_any: share of draws near other lanes of the sample.
-        drawn: sets drawn at once, before bounds choose.
-        joining: sets that join the sample at once.
-        tries: paths judged per iteration.
-        sample: lanes kept.
-    """
-
-    near_best: float = 0.4
-    near_any: float = 0.3
-    drawn: int = 400
-    joining: int = 40
-    tries: int = 40
-    sample: int = 1500
+from gm_ompl.sampling.settings import ImprovingSettings
 
 
 @final
@@ -67,7 +46,7 @@ class Improver:
         judge: Judge,
         store: LaneStore,
         draw: SetDraw,
-        settings: ImproverSettings,
+        settings: ImprovingSettings,
         rng: np.random.Generator,
     ) -> None:
         self._judge, self._store, self._draw = judge, store, draw
@@ -101,12 +80,13 @@ class Improver:
 
     def _candidates(self) -> IntArray:
         chance, settings = self._rng.random(), self._settings
-        if chance < settings.near_best and self.legs:
+        if chance < settings.best_neighbour_share and self.legs:
             lanes = [lane for lane, _, _ in self.legs]
             near = self._neighbours(lanes[int(self._rng.integers(len(lanes)))])
             if len(near):
                 return near
-        if chance < settings.near_best + settings.near_any and len(self.sample):
+        near_any = settings.best_neighbour_share + settings.neighbour_share
+        if chance < near_any and len(self.sample):
             row = self.sample.sets[int(self._rng.integers(len(self.sample)))]
             near = self._neighbours(tuple(row.tolist()))
             if len(near):
@@ -152,7 +132,7 @@ class Improver:
         _, d = self.sample.onward()
         bound, here = self.sample.bounds(self.sample.sets, g, d)
         keep = bound < best / CHEAPER
-        if keep.sum() > self._settings.sample:
+        if keep.sum() > self._settings.sample_limit:
             order = np.lexsort((bound, here))
-            keep &= np.isin(np.arange(len(keep)), order[: self._settings.sample])
+            keep &= np.isin(np.arange(len(keep)), order[: self._settings.sample_limit])
         self.sample.keep(keep)
