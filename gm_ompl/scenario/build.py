@@ -26,10 +26,10 @@ from gm_ompl.problem import (
 )
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
+from gm_ompl.scenario.headings import rotation_matrix
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
 from gm_ompl.scenario.motions import make_motion
-from gm_ompl.scenario.rotations import rotation_matrix
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 
@@ -168,7 +168,7 @@ def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None
             f"is {thinnest:.3g} thin, less than {THICK:g} contact tolerances; make it thicker, "
             f"or set mechanics.contact_tolerance to {most:g} or less"
         )
-        notes.problems.append(notes.document.line(("object", "shape"), text))
+        notes.add(("object", "shape"), text)
 
 
 def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
@@ -191,13 +191,11 @@ def _check_size(model: ScenarioModel, lattice: Lattice, fingers: Fingers, notes:
     nodes = math.prod(lattice.shape) * hands
     if nodes > MAX_NODES:
         key = "segments" if model.motion.path is not None else "steps"
-        notes.problems.append(
-            notes.document.line(
-                ("lattice", key),
-                f"together with the placements this makes {nodes:.3g} nodes, more than 2^62; "
-                "use fewer segments, a coarser grid or fewer fingers",
-            )
+        text = (
+            f"together with the placements this makes {nodes:.3g} nodes, more than 2^62; "
+            "use fewer segments, a coarser grid or fewer fingers"
         )
+        notes.add(("lattice", key), text)
 
 
 def _check_poses(problem: Problem, notes: Notes) -> None:
@@ -223,4 +221,4 @@ def _check_poses(problem: Problem, notes: Notes) -> None:
                     f"at the {name} (centre of mass at {position}) the object penetrates {part}; "
                     "move one of them so that they are apart or just touch"
                 )
-                notes.problems.append(notes.document.line(where, text))
+                notes.add(where, text)

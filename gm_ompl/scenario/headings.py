@@ -1,4 +1,4 @@
-"""How the object is turned at either end, and the yaw of a planar motion that belongs to it."""
+"""Rotations as matrices, how the object is turned at either end, and the yaw of that."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.motion.straight import UPRIGHT
+from gm_ompl.scenario.fields import PoseModel, RotationModel
 from gm_ompl.scenario.model import MotionModel
-from gm_ompl.scenario.poses import PoseModel
-from gm_ompl.scenario.rotations import rotation_matrix
 
 ROUNDING = 1e-12
 """What multiplying rotations may leave of one that should be none."""
@@ -21,6 +20,24 @@ TILTED = 1e-6
 """Start and goal that are tilted against each other by less than this [rad] have one tilt."""
 
 UP = np.array([0.0, 0.0, 1.0])
+
+
+def rotation_matrix(rotation: RotationModel) -> Array:
+    """Return the rotation as a matrix (3, 3); quarter turns about the axes are exact."""
+    if rotation.quaternion is not None:
+        quaternion = np.array(rotation.quaternion) / np.abs(rotation.quaternion).max()
+    else:
+        axis, angle = (
+            np.array(rotation.axis or (0.0, 0.0, 1.0)),
+            rotation.yaw or rotation.angle or 0.0,
+        )
+        axis = axis / np.abs(axis).max()
+        vector = np.sin(angle / 2) * axis / np.linalg.norm(axis)
+        quaternion = np.array([np.cos(angle / 2), *vector])
+    matrix = Pose.from_quaternion(np.zeros(3), quaternion).rotation
+    whole = np.round(matrix)
+    exact: Array = np.where(np.abs(matrix - whole) < 1e-15, whole, matrix) + 0.0
+    return exact
 
 
 def start_rotation(start: PoseModel) -> Array:

@@ -187,8 +187,12 @@ class Notes:
         try:
             return make()
         except GeometryError as error:
-            self.problems.append(self.document.line(path, str(error)))
+            self.add(path, str(error))
             return None
+
+    def add(self, path: Path, text: str) -> None:
+        """Note what is wrong at ``path``."""
+        self.problems.append(self.document.line(path, text))
 
     def wrong(self, path: Path, value: object, wanted: str) -> None:
         """Note that ``value`` at ``path`` is wrong."""

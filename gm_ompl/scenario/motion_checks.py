@@ -8,10 +8,9 @@ from typing import TypeAlias
 
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.fields import Strict
+from gm_ompl.scenario.fields import PoseModel, RegionModel, Strict
 from gm_ompl.scenario.headings import goal_tilt, goal_yaw, start_yaw
 from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel
-from gm_ompl.scenario.poses import PoseModel, RegionModel
 
 Finding: TypeAlias = tuple[Path, object, str]
 """Path, value (or ``...`` where the message needs none), what would be right."""

@@ -15,6 +15,7 @@ from gm_ompl.motion.planar import FULL_TURN, PlanarMotion
 from gm_ompl.motion.screw import Piece, Slide
 from gm_ompl.motion.straight import heading
 from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.fields import REST, PoseModel, RegionModel
 from gm_ompl.scenario.headings import (
     UP,
     attitude_of,
@@ -25,7 +26,6 @@ from gm_ompl.scenario.headings import (
 )
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import MotionModel
-from gm_ompl.scenario.poses import REST, PoseModel, RegionModel
 from gm_ompl.scenario.standing import Ground
 
 TOWARDS = {

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, Tag
+from pydantic import Field
 
 from gm_ompl.scenario.fields import (
     NotNegative,
     Points,
     Positive,
     PositiveVector,
+    RotationModel,
     Strict,
     Text,
     Triangle,
     Vector,
     Whole,
-    word_or,
+    WordOr,
 )
-from gm_ompl.scenario.rotations import RotationModel
 
 
 class BoxModel(Strict):
@@ -35,12 +35,6 @@ class MeshModel(Strict):
     faces: Annotated[tuple[Triangle, ...], Field(min_length=4)]
 
 
-MeshOrFile: TypeAlias = Annotated[
-    Annotated[Text, Tag("<word>")] | Annotated[MeshModel, Tag("<mesh>")],
-    word_or("<mesh>"),
-]
-
-
 class PartModel(Strict):
     """One convex piece of a shape: exactly one of ``box``, ``hull``."""
 
@@ -50,11 +44,8 @@ class PartModel(Strict):
 
 Parts: TypeAlias = Annotated[tuple[PartModel, ...], Field(min_length=1, max_length=64)]
 
-
-Bodies: TypeAlias = Annotated[
-    Annotated[Literal["all"], Tag("<word>")]
-    | Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1), Tag("<list>")],
-    word_or("<list>"),
+Bodies: TypeAlias = WordOr[
+    Literal["all"], Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1)]
 ]
 
 
@@ -67,7 +58,7 @@ class FrameModel(Strict):
 class MeshUse(Strict):
     """A mesh, and how it is used."""
 
-    mesh: MeshOrFile | None = Field(
+    mesh: WordOr[Text, MeshModel] | None = Field(
         None, description="an STL, OBJ, PLY, OFF or GLB file, or a mesh itself"
     )
     scale: Positive | None = Field(None, description="factor from the mesh file's units")

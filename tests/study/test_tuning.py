@@ -63,7 +63,7 @@ def test_only_bounded_parameters_are_searched() -> None:
 
 
 def test_tuning_finds_what_is_better_and_says_how_much(tmp_path: Path) -> None:
-    """Of a bowl about a bias of 5 the winner is nearer than the default 2; its gain is the ratio."""
+    """Of a bowl about a bias of 5 the winner is nearer than the default, 2; its gain the ratio."""
     with Store(tmp_path / "runs.sqlite") as store:
         tuned = tune(design(trials=30), store, Pretended(), tmp_path / "journal")
     first, best = tuned.trials[0], tuned.trials[tuned.best]
