@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from gm_ompl.checking.coordinates import crossed, lattice_steps, outside
-from gm_ompl.checking.hold import check_hold
-from gm_ompl.checking.places import check_placements, check_pose
+from gm_ompl.checking.hold import check_hold, check_placements, check_pose
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings, listed
 from gm_ompl.contact.decision import ControlMode

@@ -1,9 +1,101 @@
-"""Judges the mechanics of one instant: modes, commanded forces and the stability margin."""
+"""Judges one instant: poses and placements, modes, commanded forces and the stability margin."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from gm_ompl.checking.recheck import Hold, Recheck
-from gm_ompl.checking.report import Findings
+from gm_ompl.checking.report import Findings, listed
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.planfile.model import PlacementRecord
+from gm_ompl.planfile.record import PoseRecord
+from gm_ompl.problem import Placements
+
+
+def check_pose(
+    recheck: Recheck, name: str, claimed: PoseRecord, pose: Pose, found: Findings
+) -> None:
+    """Judge whether ``claimed`` is the motion's ``pose``."""
+    tolerances = recheck.tolerances
+    off = float(np.abs(np.array(claimed.position) - pose.position).max())
+    # Positions far from the origin carry the rounding of their own size.
+    allowed = tolerances.length * max(recheck.diagonal, float(np.abs(pose.position).max()))
+    found.check(
+        "pose",
+        off <= allowed,
+        f"{name}.position {listed(claimed.position)} is claimed; at these coordinates it is "
+        f"{listed(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
+    )
+    length = float(np.linalg.norm(claimed.quaternion))
+    unit = found.check(
+        "pose",
+        abs(length - 1.0) <= tolerances.direction,
+        f"{name}.quaternion {listed(claimed.quaternion)} has length {length:.9g}, not 1",
+    )
+    if unit:
+        turned = Pose.from_quaternion(claimed.position, claimed.quaternion)
+        off = float(np.abs(turned.rotation - pose.rotation).max())
+        found.check(
+            "pose",
+            off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
+            f"{name}.quaternion {listed(claimed.quaternion)} is claimed; at these coordinates "
+            f"it is {listed(pose.quaternion())} (rotation off by {off:.3g})",
+        )
+
+
+def check_placements(
+    recheck: Recheck, claimed: Sequence[PlacementRecord], found: Findings
+) -> Placements | None:
+    """Judge a whole hand's placements; return their rows in the table, None if one has none."""
+    count = recheck.problem.fingers.count
+    if not found.check(
+        "placements",
+        len(claimed) == count,
+        f"{len(claimed)} placements are listed; the hand has {count} fingers",
+    ):
+        return None
+    rows = [
+        check_placement(recheck, f"placements[{finger}]", record, found)
+        for finger, record in enumerate(claimed)
+    ]
+    known = tuple(row for row in rows if row is not None)
+    return known if len(known) == count else None
+
+
+def check_placement(
+    recheck: Recheck, name: str, claimed: PlacementRecord, found: Findings
+) -> int | None:
+    """Judge one placement; return its row in the table, or None if it is not in it."""
+    tolerances, table = recheck.tolerances, recheck.problem.fingers.placements
+    row = table.find(claimed.face, claimed.cell)
+    if not found.check(
+        "placements",
+        row is not None,
+        f"{name} is on face {claimed.face}, cell {list(claimed.cell)}; the scenario's fingers "
+        f"may be placed on faces {', '.join(table.labels)}, and there is no such cell among them",
+    ):
+        return None
+    for what, have, want, allowed in (
+        ("point", claimed.point, table.points[row], tolerances.length * recheck.diagonal),
+        ("normal", claimed.normal, table.normals[row], tolerances.direction),
+    ):
+        off = float(np.abs(np.array(have) - want).max())
+        found.check(
+            "placements",
+            off <= allowed,
+            f"{name}.{what} {listed(have)} is claimed; face {claimed.face}, cell "
+            f"{list(claimed.cell)} has {listed(want)} (off by {off:.3g}, allowed {allowed:.3g})",
+        )
+    return row
+
+
+def named(recheck: Recheck, row: int) -> str:
+    """Return ``+x:3,2`` for a row of the placement table."""
+    table = recheck.problem.fingers.placements
+    i, j = table.cell[row]
+    return f"{table.labels[int(table.face[row])]}:{i},{j}"
 
 
 def check_hold(recheck: Recheck, hold: Hold, found: Findings) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from gm_ompl.checking.coordinates import outside
-from gm_ompl.checking.hold import check_hold
-from gm_ompl.checking.places import check_placement, check_placements, named
+from gm_ompl.checking.hold import check_hold, check_placement, check_placements, named
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode

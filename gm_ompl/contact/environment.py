@@ -8,9 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from gm_ompl.arrays import Array, read_only
-from gm_ompl.contact.patch import Patch, contact_patch
-from gm_ompl.contact.patches import SAME_NORMAL, joined, points_inside
+from gm_ompl.arrays import Array, fix
+from gm_ompl.contact.patch import SAME_NORMAL, Patch, contact_patch, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
@@ -70,9 +69,8 @@ class EnvironmentContacts:
     corners: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
-        shape = (len(self.points), 3)
-        object.__setattr__(self, "normals", read_only(self.normals, shape, "normals"))
+        fix(self, points=(None, 3))
+        fix(self, normals=(len(self.points), 3))
 
 
 def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> EnvironmentContacts:

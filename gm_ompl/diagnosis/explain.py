@@ -8,12 +8,11 @@ from typing import final
 import numpy as np
 
 from gm_ompl.diagnosis import remedies
-from gm_ompl.diagnosis.instants import Explainer
+from gm_ompl.diagnosis.instants import Explainer, contact_lines
 from gm_ompl.diagnosis.limits import Deadline
 from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import finer, sampled, search
 from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
-from gm_ompl.diagnosis.touching import contacts_at
 from gm_ompl.diagnosis.values import (
     SECONDS,
     Attempt,
@@ -138,7 +137,7 @@ class _Explaining:
         return tuple(tried)
 
     def _contacts(self, at: Coordinates) -> tuple[ContactLine, ...]:
-        return contacts_at(self._problem, at, self._directions(at))
+        return contact_lines(self._problem, at, self._directions(at))
 
     def _at(self, at: Coordinates) -> Explanation:
         none = (None,) * self._problem.fingers.count

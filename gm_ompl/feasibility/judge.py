@@ -20,7 +20,7 @@ from gm_ompl.contact.environment import (
     contact_state,
     environment_contacts,
 )
-from gm_ompl.feasibility.backend import Backend
+from gm_ompl.feasibility.backends import Backend
 from gm_ompl.feasibility.pose_class import PoseClass, PoseClasses
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene

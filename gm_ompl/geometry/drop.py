@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gm_ompl.arrays import Array, cross
-from gm_ompl.geometry.facets import PARALLEL
+from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import BATCH, PlacedPiece
+from gm_ompl.geometry.separation import PlacedPiece, crossed_edges
 from gm_ompl.geometry.solids import Body
 
 TIED = 1e-9
@@ -105,10 +104,6 @@ def _axes(a: PlacedPiece, b: PlacedPiece) -> Iterator[Array]:
     """Yield the outward normals (k, 3) of b - a, and others: each bounds it."""
     yield b.normals
     yield -a.normals
-    rows = max(1, BATCH // max(len(b.edges), 1))
-    for start in range(0, len(a.edges), rows):
-        axes = cross(a.edges[start : start + rows, None, :], b.edges[None, :, :]).reshape(-1, 3)
-        sines = np.linalg.norm(axes, axis=1)
-        axes = axes[sines > PARALLEL] / sines[sines > PARALLEL, None]
+    for _, axes in crossed_edges(a.edges, b.edges):
         yield axes
         yield -axes

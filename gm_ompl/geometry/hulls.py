@@ -1,10 +1,12 @@
-"""Hulls of points as files give them: rounded, crowded, with bent facets."""
+"""Hulls of points as files give them: rounded, crowded, bent; and how bodies lie on them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, fix
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import CrowdedError
 from gm_ompl.geometry.flattening import flattened
@@ -74,3 +76,56 @@ def triangulated(piece: ConvexPiece) -> TriangleMesh:
         (face[0], face[k], face[k + 1]) for face in piece.faces for k in range(1, len(face) - 1)
     ]
     return TriangleMesh(piece.vertices, np.array(fans))
+
+
+@dataclass(frozen=True, eq=False)
+class RestingPose:
+    """A way to lie.
+
+    Attributes:
+        down: (3,), unit, the direction of the body's frame that points down.
+        height: of the origin, the centre of mass, above the floor.
+        tilt: the angle by which the body can be tilted before it falls over, in radians.
+        corners: how many corners it stands on.
+    """
+
+    down: Array
+    height: float
+    tilt: float
+    corners: int
+
+    def __post_init__(self) -> None:
+        fix(self, down=(3,))
+
+    @property
+    def rotation(self) -> Array:
+        """The least turn from the body's frame to the world's, as a quaternion (w, x, y, z)."""
+        x, y, z = self.down.tolist()
+        if z > 1.0 - 1e-12:
+            return np.array([0.0, 1.0, 0.0, 0.0])
+        # From ``down`` to (0, 0, -1): half-way between the two.
+        turn = np.array([1.0 - z, -y, x, 0.0])
+        unit: Array = turn / np.linalg.norm(turn) + 0.0
+        return unit
+
+
+def resting_poses(body: Body) -> tuple[RestingPose, ...]:
+    """Return the stable ways in which a body lies on a floor, the steadiest first.
+
+    Args:
+        body: its centre of mass is the origin.
+    """
+    whole = whole_hull(body)
+    found = []
+    for face, normal, height in zip(
+        whole.faces, whole.face_normals, whole.face_offsets.tolist(), strict=True
+    ):
+        ring = whole.vertices[list(face)]
+        sides = np.roll(ring, -1, axis=0) - ring
+        inward = np.cross(normal, sides)
+        inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+        inside = np.einsum("ij,ij->i", inward, height * normal - ring)
+        if inside.min() > 1e-9 * body.diagonal:
+            tilt = float(np.arctan2(inside.min(), height))
+            found.append(RestingPose(normal, height, tilt, len(face)))
+    return tuple(sorted(found, key=lambda pose: -pose.tilt))

@@ -7,12 +7,10 @@ from typing import TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array, cross
-from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.pose import rotation_about
-from gm_ompl.geometry.separation import BATCH
+from gm_ompl.geometry.separation import crossed_edges
 from gm_ompl.geometry.solids import ConvexPiece
-from gm_ompl.geometry.sweep import Sweep
-from gm_ompl.geometry.waves import Waves, turned
+from gm_ompl.geometry.sweep import Sweep, Waves, heights, turned
 
 Stretch: TypeAlias = tuple[float, float]
 """From one t to another."""
@@ -54,7 +52,8 @@ class Planes:
 
     def __init__(self, mover: MovingPiece, other: ConvexPiece) -> None:
         self._mover, self._other = mover, other
-        self._faces = (self._fixed_faces(), self._moving_faces())
+        over = heights(mover.sweep, mover.arms, other.face_normals, other.face_offsets)
+        self._faces = (over, self._moving_faces())
 
     def clear(self, stretch: Stretch, depth: float) -> bool | None:
         """Whether the pair is clear over ``stretch``; None where its halves must be asked."""
@@ -72,18 +71,6 @@ class Planes:
         if gap >= -depth and pair is not None and self._spanned(pair, stretch, depth):
             return True
         return None
-
-    def _fixed_faces(self) -> Waves:
-        """The moving corners over the fixed faces, (faces, corners)."""
-        mover, other = self._mover, self._other
-        sweep, normals = mover.sweep, other.face_normals
-        a, b, c = turned(sweep.axis, mover.arms, normals)
-        level = (normals @ sweep.pivot - other.face_offsets)[:, None]
-        rising = None
-        if sweep.drift.any():
-            rates = (normals @ sweep.drift)[:, None]
-            rising = (rates, np.zeros_like(rates), np.zeros_like(rates))
-        return Waves(sweep.angle, (a + level, b, c), rising)
 
     def _moving_faces(self) -> Waves:
         """The fixed corners over the moving faces, (faces, corners)."""
@@ -105,15 +92,9 @@ class Planes:
         edges = mover.edges @ rotation_about(sweep.axis, t * sweep.angle).T
         mine, theirs = sweep.moved(mover.arms, t), other.vertices
         widest, found = -np.inf, None
-        rows = max(1, BATCH // max(len(other.edge_directions), 1))
-        for start in range(0, len(edges), rows):
-            some = edges[start : start + rows]
-            axes = cross(some[:, None], other.edge_directions[None]).reshape(-1, 3)
-            sines = np.sqrt(np.einsum("ij,ij->i", axes, axes))
-            crossed = np.flatnonzero(sines > PARALLEL)
-            if not len(crossed):
+        for numbers, axes in crossed_edges(edges, other.edge_directions):
+            if not len(numbers):
                 continue
-            axes = axes[crossed] / sines[crossed, None]
             of_mine, of_theirs = axes @ mine.T, axes @ theirs.T
             ahead = of_mine.min(axis=1) - of_theirs.max(axis=1)
             behind = of_theirs.min(axis=1) - of_mine.max(axis=1)
@@ -121,10 +102,10 @@ class Planes:
             gap = float(max(ahead[k], behind[k]))
             if gap > widest:
                 sign = 1.0 if ahead[k] >= behind[k] else -1.0
-                i, j = divmod(int(crossed[k]), len(other.edge_directions))
+                i, j = divmod(int(numbers[k]), len(other.edge_directions))
                 near = int((sign * of_mine[k]).argmin()), int((sign * of_theirs[k]).argmax())
                 widest, found = gap, (
-                    sign * mover.edges[start + i], other.edge_directions[j],
+                    sign * mover.edges[i], other.edge_directions[j],
                     mover.arms[near[0]], theirs[near[1]],
                 )  # fmt: skip
         return widest, found

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import enum
 import functools
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray, cross
 from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import ConvexPiece
@@ -81,29 +82,29 @@ def face_gaps(owner: PlacedPiece, other: PlacedPiece) -> Array:
     return gaps
 
 
+def crossed_edges(edges: Array, others: Array) -> Iterator[tuple[IntArray, Array]]:
+    """Yield, in batches, which pairs of directions (e, 3), (o, 3) cross and the unit normals there.
+
+    Pair i * o + j is that of edge i and other j; the normals are (k, 3), e x o scaled to 1.
+    """
+    rows = max(1, BATCH // max(len(others), 1))
+    for start in range(0, len(edges), rows):
+        axes = cross(edges[start : start + rows, None], others[None]).reshape(-1, 3)
+        sines = np.sqrt(np.einsum("ij,ij->i", axes, axes))
+        crossed = np.flatnonzero(sines > PARALLEL)
+        yield start * len(others) + crossed, axes[crossed] / sines[crossed, None]
+
+
 def edge_gaps(a: PlacedPiece, b: PlacedPiece) -> tuple[Array, Array]:
     """Return the gaps (k,) along all crossed pairs of edges and the normals (k, 3) from b to a."""
-    rows = max(1, BATCH // max(len(b.edges), 1))
     widths, normals = [], []
-    for start in range(0, len(a.edges), rows):
-        width, normal = _edge_gaps(a, b, a.edges[start : start + rows])
-        widths.append(width)
-        normals.append(normal)
+    for _, axes in crossed_edges(a.edges, b.edges):
+        of_a, of_b = axes @ a.vertices.T, axes @ b.vertices.T
+        ahead = of_a.min(axis=1) - of_b.max(axis=1)
+        behind = of_b.min(axis=1) - of_a.max(axis=1)
+        widths.append(np.maximum(ahead, behind))
+        normals.append(np.where(ahead >= behind, 1.0, -1.0)[:, None] * axes)
     return np.concatenate(widths), np.concatenate(normals)
-
-
-def _edge_gaps(a: PlacedPiece, b: PlacedPiece, edges: Array) -> tuple[Array, Array]:
-    u, v = edges[:, None, :], b.edges[None, :, :]
-    # Written out: np.cross costs more than the products for a handful of edges.
-    axes = u[..., [1, 2, 0]] * v[..., [2, 0, 1]] - u[..., [2, 0, 1]] * v[..., [1, 2, 0]]
-    axes = axes.reshape(-1, 3)
-    sines = np.sqrt(np.einsum("ij,ij->i", axes, axes))
-    crossed = sines > PARALLEL
-    axes = axes[crossed] / sines[crossed, None]
-    of_a, of_b = axes @ a.vertices.T, axes @ b.vertices.T
-    ahead = of_a.min(axis=1) - of_b.max(axis=1)
-    behind = of_b.min(axis=1) - of_a.max(axis=1)
-    return np.maximum(ahead, behind), np.where(ahead >= behind, 1.0, -1.0)[:, None] * axes
 
 
 def gap(a: PlacedPiece, b: PlacedPiece, tie: float = 0.0) -> Gap:

@@ -8,10 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
+from gm_ompl.arrays import Array, BoolArray, IntArray, fix
 from gm_ompl.errors import GeometryError, did_you_mean
-from gm_ompl.geometry.polygon import convex_hull, plane_basis
-from gm_ompl.geometry.rectangle import rectangle_around
+from gm_ompl.geometry.polygon import convex_hull, plane_basis, rectangle_around
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.triangles import PlanarFace
 
@@ -37,8 +36,7 @@ class PlacementTable:
     labels: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
-        object.__setattr__(self, "normals", read_only(self.normals, (None, 3), "normals"))
+        fix(self, points=(None, 3), normals=(None, 3))
         for name in ("face", "cell", "piece"):
             whole = np.array(getattr(self, name), dtype=np.int64)
             whole.flags.writeable = False

@@ -16,8 +16,7 @@ from gm_ompl.geometry.collision import EXACT, allowed_depth
 from gm_ompl.geometry.planes import MovingPiece, Stretch
 from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body, ConvexPiece
-from gm_ompl.geometry.sweep import Sweep
-from gm_ompl.geometry.waves import Waves, turned, turned_each
+from gm_ompl.geometry.sweep import Sweep, heights
 
 SHORTEST = 1e-9
 """A stretch of time so short that is still undecided counts as blocked."""
@@ -92,13 +91,8 @@ class SweptScene:
 
 def _heights(sweep: Sweep, arms: Array) -> Array:
     """Return the least heights (n,) over the floor along ``sweep``."""
-    up = np.array([[0.0, 0.0, 1.0]])
-    a, b, c = turned(sweep.axis, arms, up)
-    zero = np.zeros((1, 1))
-    rise = float(sweep.drift[2])
-    rising = (np.full((1, 1), rise), zero, zero) if rise else None
-    waves = Waves(sweep.angle, (a + float(sweep.pivot[2]), b, c), rising)
-    least: Array = waves.least(0.0, 1.0)[0]
+    over = heights(sweep, arms, np.array([[0.0, 0.0, 1.0]]), np.zeros(1))
+    least: Array = over.least(0.0, 1.0)[0]
     return least
 
 
@@ -122,10 +116,7 @@ def _pair_clear(mover: MovingPiece, other: ConvexPiece, depth: float) -> bool:
 def _tips_clear(sweep: Sweep, arms: Array, piece: ConvexPiece, least: float) -> BoolArray:
     """Return which points (P,) with ``arms`` stay at least ``least`` away from a piece."""
     clear = np.ones(len(arms), dtype=bool)
-    normals = piece.face_normals
-    a, b, c = turned(sweep.axis, arms, normals)
-    level = (normals @ sweep.pivot - piece.face_offsets)[:, None]
-    waves = Waves(sweep.angle, (a + level, b, c), _drifting(normals @ sweep.drift))
+    waves = heights(sweep, arms, piece.face_normals, piece.face_offsets)
     left: list[tuple[Stretch, IntArray]] = [((0.0, 1.0), np.arange(len(arms)))]
     for _ in range(MOST_STRETCHES):
         if not left:
@@ -164,18 +155,5 @@ def _by_nearest(
     support = (normals @ piece.vertices.T).max(axis=1)
     over = np.einsum("ij,ij->i", normals, places) - support
     hit = np.maximum(highest, over) < least
-    a, b, c = turned_each(sweep.axis, arms, normals)
-    rising = None
-    if sweep.drift.any():
-        still = normals @ sweep.drift
-        rising = (still, np.zeros_like(still), np.zeros_like(still))
-    waves = Waves(sweep.angle, (a + normals @ sweep.pivot - support, b, c), rising)
+    waves = heights(sweep, arms, normals, support, each=True)
     return ~hit & (waves.least(first, last) < least), hit
-
-
-def _drifting(rates: Array) -> tuple[Array, Array, Array] | None:
-    """Return the coefficients that t multiplies, for heights that rise at ``rates`` (f,)."""
-    if not rates.any():
-        return None
-    column = rates[:, None]
-    return column, np.zeros_like(column), np.zeros_like(column)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
+from gm_ompl.arrays import Array, BoolArray, IntArray, fix, read_only
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR
 from gm_ompl.geometry.grouping import facets_of, neighbours_of
@@ -34,7 +34,7 @@ class TriangleMesh:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", read_only(self.vertices, (None, 3), "vertices"))
+        fix(self, vertices=(None, 3))
         faces = np.array(self.faces, dtype=np.int64).reshape(-1, 3)
         faces.flags.writeable = False
         object.__setattr__(self, "faces", faces)
@@ -71,9 +71,7 @@ class PlanarFace:
     normal: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "triangles", read_only(self.triangles, (None, 3, 3), "triangles"))
-        object.__setattr__(self, "rim", read_only(self.rim, (None, 2, 3), "rim"))
-        object.__setattr__(self, "normal", read_only(self.normal, (3,), "normal"))
+        fix(self, triangles=(None, 3, 3), rim=(None, 2, 3), normal=(3,))
 
     @cached_property
     def area(self) -> float:

@@ -18,8 +18,13 @@ import numpy as np
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.steady_force import Undecided, least_change
-from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
+from gm_ompl.feasibility.steady_force import (
+    Undecided,
+    fewest_switches,
+    least_change,
+    spread,
+    switches,
+)
 from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.arc import Moment

@@ -16,8 +16,7 @@ from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Move
 from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_store import LaneStore
-from gm_ompl.sampling.route_maker import RouteMaker
-from gm_ompl.sampling.routes import Route
+from gm_ompl.sampling.route_maker import Route, RouteMaker
 from gm_ompl.sampling.settings import ExploringSettings
 from gm_ompl.sampling.tree import Tree, join
 

@@ -13,7 +13,7 @@ from gm_ompl.holds.bounds import reaches
 from gm_ompl.holds.known import FAILED, Known
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
 from gm_ompl.problem import Placements
-from gm_ompl.sampling.routes import Route
+from gm_ompl.sampling.route_maker import Route
 
 
 @final

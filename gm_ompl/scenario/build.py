@@ -11,7 +11,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.hulls import whole_hull
-from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, shifted, turned
+from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, moved, shifted
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import path_lattice
@@ -152,7 +152,8 @@ def _obstacle(model: TurnedObstacle) -> Body:
         return body
     corners = body.vertices
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
-    return turned(body, rotation_matrix(model.rotation), middle)
+    rotation = rotation_matrix(model.rotation)
+    return moved(body, rotation, middle - rotation @ middle)
 
 
 def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None:

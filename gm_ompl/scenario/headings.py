@@ -8,8 +8,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose, rotation_about
-from gm_ompl.motion.planar import FULL_TURN
-from gm_ompl.motion.straight import UPRIGHT
+from gm_ompl.motion.planar import FULL_TURN, UPRIGHT
 from gm_ompl.scenario.fields import PoseModel, RotationModel
 from gm_ompl.scenario.model import MotionModel
 

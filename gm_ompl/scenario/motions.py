@@ -11,9 +11,8 @@ from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.motion.lattice import Coordinates, Goal
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, tumble_towards
-from gm_ompl.motion.planar import FULL_TURN, PlanarMotion
+from gm_ompl.motion.planar import FULL_TURN, PlanarMotion, heading
 from gm_ompl.motion.screw import Piece, Slide
-from gm_ompl.motion.straight import heading
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import REST, PoseModel, RegionModel
 from gm_ompl.scenario.headings import (

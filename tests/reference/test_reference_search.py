@@ -18,8 +18,8 @@ from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.lattice_graph import way_along
 from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide
-from gm_ompl.motion.straight import Straight
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 from gm_ompl.reference.judge import ReferenceJudge, Ruling
 from gm_ompl.reference.modes import Modes

@@ -18,7 +18,7 @@ from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import LaneSample
 from gm_ompl.sampling.lane_store import LaneStore
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.routes import Route
+from gm_ompl.sampling.route_maker import Route
 
 
 def _store(problem: Problem, judge: Judge) -> LaneStore:
