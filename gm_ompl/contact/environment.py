@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from gm_ompl.contact.patch import SAME_NORMAL, Patch, contact_patch, joined, poi
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.geometry.separation import PlacedPiece
+from gm_ompl.geometry.separation import TOUCHING, PlacedPiece
 from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.motion.arc import Moment
 
@@ -26,32 +25,32 @@ FEW = 32
 UP = np.array([0.0, 0.0, 1.0])
 
 
-class SolidBody(Protocol):
-    """Whatever has a body; an ``Obstacle``."""
+@dataclass(frozen=True)
+class Obstacle:
+    """A fixed body of the environment, world frame."""
 
-    @property
-    def body(self) -> Body:
-        """Its shape, world frame."""
+    name: str
+    body: Body
 
 
-class Surroundings(Protocol):
-    """What the object can touch; an ``Environment``."""
+@dataclass(frozen=True)
+class Environment:
+    """What carries part of the object's weight and stands in the way.
 
-    @property
-    def floor(self) -> bool:
-        """Whether the half space z < 0 is solid."""
+    Attributes:
+        floor: whether the half space z < 0 is solid.
+        obstacles: fixed bodies, world frame.
+        friction: Coulomb coefficient of every environment contact.
+        patch_points: how finely a contact patch is filled with points while the object turns.
+        contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
+            contact.
+    """
 
-    @property
-    def obstacles(self) -> Sequence[SolidBody]:
-        """Fixed bodies, world frame."""
-
-    @property
-    def patch_points(self) -> int:
-        """How finely contact patches are filled with points while the object turns on them."""
-
-    @property
-    def contact_tolerance(self) -> float:
-        """A gap or overlap of at most this, relative to D, is a contact."""
+    floor: bool
+    obstacles: tuple[Obstacle, ...]
+    friction: float
+    patch_points: int = 0
+    contact_tolerance: float = TOUCHING
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ class EnvironmentContacts:
         fix(self, normals=(len(self.points), 3))
 
 
-def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> EnvironmentContacts:
+def environment_contacts(body: Body, environment: Environment, pose: Pose) -> EnvironmentContacts:
     """Return the vertices of every contact patch between the object and its environment.
 
     The floor's come first, then each obstacle's in turn; per patch in cyclic order; then the
@@ -106,9 +105,7 @@ def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
     return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
 
 
-def _patches(
-    body: Body, environment: Surroundings, pose: Pose, tolerance: float
-) -> Iterator[Patch]:
+def _patches(body: Body, environment: Environment, pose: Pose, tolerance: float) -> Iterator[Patch]:
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
     if environment.floor:
         feet = [_floor_patch(piece, tolerance) for piece in pieces]
@@ -196,7 +193,7 @@ def contact_state(
     return ContactState(pose.to_object(world), upright @ pose.rotation, slip, pose.rotation)
 
 
-def contacts_at(moment: Moment, body: Body, environment: Surroundings) -> ContactState:
+def contacts_at(moment: Moment, body: Body, environment: Environment) -> ContactState:
     """Return the contacts of the object with its environment at one instant of its motion."""
     touching = environment_contacts(body, environment, moment.pose)
     return contact_state(touching, moment.pose, moment.twist, body)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gm_ompl.arrays import Array, cross
-from gm_ompl.contact.environment import UP, Surroundings
+from gm_ompl.contact.environment import UP, Environment
 from gm_ompl.contact.patch import Patch, contact_patch
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import PlacedPiece
@@ -41,7 +41,7 @@ UPRIGHT_WAYS = np.eye(6)[[2, 3, 4]]
 
 
 def projected(
-    body: Body, environment: Surroundings, pose: Pose, spread: Array, ways: Array = ANY_WAY
+    body: Body, environment: Environment, pose: Pose, spread: Array, ways: Array = ANY_WAY
 ) -> Pose:
     """Return the pose nearest to ``pose`` whose gaps are zero, to rounding.
 
@@ -111,7 +111,7 @@ def _moved(pose: Pose, step: Array) -> Pose:
     return Pose(pose.rotation, pose.position + step[:3])
 
 
-def _gaps(body: Body, environment: Surroundings, pose: Pose) -> tuple[Array, Array, Array]:
+def _gaps(body: Body, environment: Environment, pose: Pose) -> tuple[Array, Array, Array]:
     """Return points (m, 3), normals (m, 3) into the object and gaps (m,) of what it touches."""
     found = list(_touching(body, environment, pose))
     if not found:
@@ -121,7 +121,7 @@ def _gaps(body: Body, environment: Surroundings, pose: Pose) -> tuple[Array, Arr
 
 
 def _touching(
-    body: Body, environment: Surroundings, pose: Pose
+    body: Body, environment: Environment, pose: Pose
 ) -> Iterator[tuple[Array, Array, Array]]:
     tolerance = environment.contact_tolerance * body.diagonal
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]

@@ -13,6 +13,7 @@ import numpy as np
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import (
+    Environment,
     EnvironmentContacts,
     contact_state,
     contacts_at,
@@ -25,7 +26,7 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.problem import Environment, Placements, Problem
+from gm_ompl.problem import Placements, Problem
 
 SAME = 1e-6
 """Contacts nearer to each other than this, relative to D, are one."""

@@ -35,6 +35,14 @@ class Motion(ABC):
         """Number of coordinates."""
         return len(self.names)
 
+    @property
+    def extents(self) -> tuple[float, ...]:
+        """Each coordinate's range: its period where it wraps."""
+        return tuple(
+            period or (high - low) or 1.0
+            for low, high, period in zip(self.low, self.high, self.periods, strict=True)
+        )
+
     @abstractmethod
     def pose(self, q: Sequence[float] | Array) -> Pose:
         """Return the object's pose at coordinates ``q`` (d,)."""

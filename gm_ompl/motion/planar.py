@@ -109,10 +109,7 @@ class PlanarMotion(Motion):
     def pose(self, q: Sequence[float] | Array) -> Pose:
         """Return the object's pose at ``q = [x, y, yaw]``; the latest are remembered."""
         x, y, yaw = float(q[0]), float(q[1]), float(q[2])
-        known = self._known.get((x, y, yaw))
-        if known is None:
-            known = self._known[x, y, yaw] = heading([x, y, self.height], yaw, self.attitude)
-        return known
+        return self._known.of((x, y, yaw), lambda: heading([x, y, self.height], yaw, self.attitude))
 
     def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Straight:
         """Return the straight motion from ``tail`` to ``head``, both [x, y, yaw]."""

@@ -107,11 +107,12 @@ def solve_on_lattice(
         return without_search(Status.BUDGET, 0.0, log.meter)
 
     told = _told(problem, graph, tracer(report))
-    found = BestFirstSearch(graph, log, told).run()
-    nodes, legs = graph.legs(found.path)
+    search = BestFirstSearch(graph, log, told)
+    status = search.run()
+    nodes, legs = graph.legs(search.path())
     moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
-    statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
-    return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
+    statistics = log.statistics(search.expanded, search.generated, placement_sets=len(graph.sets))
+    return result_of(status, search.cost, search.bound, moves, statistics)
 
 
 def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Told | None:
@@ -145,8 +146,10 @@ class LatticePlanner(Planner):
         heuristic = self.settings.get("heuristic", "none")
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
-        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
-        if heuristic == "lanes" and suits(problem):
+        make: MakeHeuristic = lambda judge, goals, _: TravelHeuristic(judge, goals)  # noqa: E731
+        if heuristic == "none":
+            make = lambda judge, *_: NoHeuristic(judge.problem)  # noqa: E731
+        elif heuristic == "lanes" and suits(problem):
             make = PlanarHeuristic
         return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
 
@@ -174,19 +177,3 @@ class Dijkstra(LatticePlanner):
     """A* without heuristic."""
 
     name: ClassVar[str] = "dijkstra"
-
-
-def _no_heuristic(
-    judge: Judge,
-    goals: tuple[int, ...],  # noqa: ARG001
-    stop: Stop,  # noqa: ARG001
-) -> Heuristic:
-    return NoHeuristic(judge.problem)
-
-
-def _travel(
-    judge: Judge,
-    goals: tuple[int, ...],
-    stop: Stop,  # noqa: ARG001
-) -> Heuristic:
-    return TravelHeuristic(judge, goals)

@@ -13,7 +13,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.tables import ArcTable, Frame
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.motion.object_graph import Way
-from gm_ompl.sampling.lines import coarse_to_fine, extents, polyline, same, split, unwrapped
+from gm_ompl.sampling.lines import coarse_to_fine, polyline, same, split, unwrapped
 
 
 @final
@@ -75,7 +75,7 @@ class RouteMaker:
     def __init__(self, judge: Judge, rng: np.random.Generator) -> None:
         self._judge, self._rng = judge, rng
         self._problem = judge.problem
-        self._extents = np.array(extents(self._problem))
+        self._extents = np.array(self._problem.motion.extents)
         self._made = 0
         self._drawn: dict[Route, tuple[tuple[Coordinates, ...], int]] = {}  # corners, strides
 

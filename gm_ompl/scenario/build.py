@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.contact.environment import Environment, Obstacle
 from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.hulls import whole_hull
@@ -16,14 +17,7 @@ from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import path_lattice
 from gm_ompl.motion.planar import PlanarMotion, planar_lattice
-from gm_ompl.problem import (
-    CostSettings,
-    Environment,
-    Fingers,
-    MechanicsSettings,
-    Obstacle,
-    Problem,
-)
+from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.headings import rotation_matrix

@@ -14,7 +14,6 @@ from ompl import base as ob
 
 from gm_ompl.planners.ompl.convert import Codec
 from gm_ompl.planners.ompl.motions import Motions, StateDraws
-from gm_ompl.sampling.lines import extents
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
 
@@ -252,7 +251,7 @@ class ObjectProjection(ob.ProjectionEvaluator):
     def __init__(self, space: Any, codec: Codec, guard: Guard) -> None:
         super().__init__(space)  # not kept: the space owns the projection
         self._codec, self._guard = codec, guard
-        self._extents = extents(codec.problem)
+        self._extents = codec.problem.motion.extents
 
     def getDimension(self) -> int:
         """Return the number of coordinates."""
