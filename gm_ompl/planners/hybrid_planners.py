@@ -142,7 +142,7 @@ class HybridPlanner(Planner):
 class FirstPlanPlanner(HybridPlanner):
     """A search by one tree or two that ends with its first plan."""
 
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=False, randomised=True)
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ExploringSettings)
     two_trees: ClassVar[bool]
 
@@ -173,7 +173,7 @@ class HybridRRTstar(HybridPlanner):
     """Two trees to a first plan, then ever better ones until the budget is spent."""
 
     name: ClassVar[str] = "HybridRRTstar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=True)
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ImprovingSettings)
 
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:

@@ -29,9 +29,7 @@ def _ompl_planner(called: str, row: Row) -> type[Planner]:
 
     class OmplPlanner(Planner):
         name: ClassVar[str] = called
-        specs: ClassVar[PlannerSpecs] = PlannerSpecs(
-            directed=True, optimal=row.anytime, randomised=True
-        )
+        specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=row.anytime, randomised=True)
         parameters: ClassVar[tuple[Parameter, ...]] = row.parameters
 
         def solve(

@@ -59,7 +59,7 @@ class Explorer:
         self, judge: Judge, two_trees: bool, settings: ExploringSettings, rng: np.random.Generator
     ) -> None:
         problem = judge.problem
-        self._judge, self._two, self._settings, self._rng = judge, two_trees, settings, rng
+        self._judge, self._settings, self._rng = judge, settings, rng
         self._maker = RouteMaker(judge, rng)
         ways = (True, False) if two_trees else (True,)
         self._draws = {

@@ -56,11 +56,6 @@ class Improver:
         self.steps = 0
         self._done: set[tuple[Placements, int]] = set()
 
-    @property
-    def cost(self) -> float:
-        """Cost of the best plan along this route; +inf without one."""
-        return self.sample.best
-
     def seed(self, lanes: Sequence[Placements]) -> None:
         """Put lanes into the sample."""
         count = self._judge.problem.fingers.count

@@ -7,8 +7,7 @@ straight displacement of the object. It is one-way: the reverse must be judged b
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -193,17 +192,20 @@ class ContinuousModel:
             for others in self._orders(q, after, wanted, rest):
                 yield (move, *others)
 
-    def cost(self, moves: Sequence[Move]) -> float:
-        """Return the moves' total cost, Eqs. (9) and (10)."""
-        return math.fsum(move.cost for move in moves)
-
     def least_cost(self, state_from: HybridState, state_to: HybridState) -> float:
-        """Return a lower bound on the cost of ``expand``: regrasps, and straight chords."""
+        """Return a lower bound on the cost of every plan from one state to another.
+
+        A finger whose placement differs is regrasped at least once. Where none differs, either no
+        finger is regrasped and each travels at least the straight line between its places, or at
+        least one regrasp is paid for: the first case of Eq. (11), limited to X_regr. A finger
+        without placement gets its first one free of charge.
+        """
+        price = self.problem.cost.regrasp
         pairs = list(zip(state_from.placements, state_to.placements, strict=True))
-        regrasps = sum(a not in (UNPLACED, b) for a, b in pairs)
-        return regrasps * self.problem.cost.regrasp + self.least_travel(
-            state_from.q, state_to.q, state_to.placements
-        )
+        changed = sum(UNPLACED not in pair and pair[0] != pair[1] for pair in pairs)
+        if changed or any(UNPLACED in pair for pair in pairs):
+            return changed * price
+        return min(self.least_travel(state_from.q, state_to.q, state_to.placements), price)
 
     def least_travel(self, q_from: Coordinates, q_to: Coordinates, placements: Placements) -> float:
         """Return the longest straight way of a fingertip between two poses of the object."""
