@@ -102,7 +102,7 @@ def _normals(node: Any, found: Inspection) -> None:
     lines = []
     for name, face in found.faces:
         if name in found.offered:
-            corners = face.region().triangles
+            corners = face.region.triangles
             middle = corners[0].mean(axis=0)
             lines.append([middle, middle + 0.1 * found.body.diagonal * face.normal])
     if lines:

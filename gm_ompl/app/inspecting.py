@@ -78,7 +78,7 @@ def _pieces(found: Inspection) -> Iterator[str]:
 def _faces(found: Inspection) -> Iterator[str]:
     offered = [(name, face) for name, face in found.faces if name in found.offered]
     yield f"  faces           {len(found.faces)}; {len(offered)} of them offered to fingers"
-    areas = {name: face.region().area for name, face in found.faces}
+    areas = {name: face.region.area for name, face in found.faces}
     total = sum(areas.values())
     largest = sorted(offered, key=lambda entry: -areas[entry[0]])[:SHOWN]
     for name, face in largest:

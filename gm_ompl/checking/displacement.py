@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from gm_ompl.checking.coordinates import crossed, lattice_steps, outside
-from gm_ompl.checking.hold import check_hold, check_placements, check_pose
+from gm_ompl.checking.coordinates import crossed, lattice_steps
+from gm_ompl.checking.hold import check_coordinates, check_hold, check_placements, check_pose
 from gm_ompl.checking.recheck import Hold, Recheck
-from gm_ompl.checking.report import Findings, listed
+from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.motion.arc import Arc
 from gm_ompl.planfile.arcs import arc_record
@@ -41,22 +41,9 @@ def check_displacement(recheck: Recheck, step: DisplacementStep, found: Findings
 def _check_coordinates(recheck: Recheck, step: DisplacementStep, found: Findings) -> bool:
     """Judge the coordinates; return whether the rest of the step can be judged."""
     problem, tolerances = recheck.problem, recheck.tolerances
-    for name, q in (("from", step.from_), ("to", step.to)):
-        if not found.check(
-            "coordinates",
-            len(q) == problem.motion.dimension,
-            f"'{name}' has {len(q)} coordinates; the motion has {problem.motion.dimension} "
-            f"({', '.join(problem.motion.names)})",
-        ):
-            return False
-        off = outside(problem, q)
-        if not found.check(
-            "coordinates",
-            off <= tolerances.coordinate,
-            f"'{name}' {list(q)} is out of bounds {list(problem.motion.low)} to "
-            f"{list(problem.motion.high)} by {off:.3g} of the range",
-        ):
-            return False
+    ends = (("from", step.from_), ("to", step.to))
+    if not all(check_coordinates(recheck, name, q, found) for name, q in ends):
+        return False
     span = float(np.abs(np.subtract(step.to, step.from_)).max())
     if not found.check(
         "coordinates",
@@ -130,12 +117,7 @@ def _check_cost(
     cost = float((weights @ arc.chords(recheck.centres(rows), len(z))).max(initial=0.0))
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
-    found.check(
-        "cost",
-        abs(step.cost - cost) <= allowed,
-        f"cost {step.cost:.9g} is claimed; Eq. (9) gives {cost:.9g} "
-        f"(off by {abs(step.cost - cost):.3g}, allowed {allowed:.3g})",
-    )
+    found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")
 
 
 def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -> None:
@@ -152,13 +134,7 @@ def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -
         recheck.diagonal, *np.abs([arc.start.position, arc.end.position]).ravel().tolist()
     )
     for what, have, want, allowed in _parts(claimed, wanted, length, recheck.tolerances.direction):
-        off = float(np.abs(np.subtract(have, want)).max())
-        found.check(
-            "arc",
-            off <= allowed,
-            f"{what} {listed(have)} is claimed; between these coordinates it is {listed(want)} "
-            f"(off by {off:.3g}, allowed {allowed:.3g})",
-        )
+        found.claim("arc", what, (have, want), allowed, where="between these coordinates")
 
 
 Part = tuple[str, tuple[float, ...], tuple[float, ...], float]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gm_ompl.checking.coordinates import outside
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
@@ -14,20 +15,34 @@ from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.problem import Placements
 
 
+def check_coordinates(recheck: Recheck, name: str, q: Sequence[float], found: Findings) -> bool:
+    """Judge how many coordinates there are and their bounds; return whether both hold."""
+    motion = recheck.problem.motion
+    if not found.check(
+        "coordinates",
+        len(q) == motion.dimension,
+        f"'{name}' has {len(q)} coordinates; the motion has {motion.dimension} "
+        f"({', '.join(motion.names)})",
+    ):
+        return False
+    off = outside(recheck.problem, q)
+    return found.check(
+        "coordinates",
+        off <= recheck.tolerances.coordinate,
+        f"'{name}' {list(q)} is out of bounds {list(motion.low)} to {list(motion.high)} by "
+        f"{off:.3g} of the range",
+    )
+
+
 def check_pose(
     recheck: Recheck, name: str, claimed: PoseRecord, pose: Pose, found: Findings
 ) -> None:
     """Judge whether ``claimed`` is the motion's ``pose``."""
     tolerances = recheck.tolerances
-    off = float(np.abs(np.array(claimed.position) - pose.position).max())
     # Positions far from the origin carry the rounding of their own size.
     allowed = tolerances.length * max(recheck.diagonal, float(np.abs(pose.position).max()))
-    found.check(
-        "pose",
-        off <= allowed,
-        f"{name}.position {listed(claimed.position)} is claimed; at these coordinates it is "
-        f"{listed(pose.position)} (off by {off:.3g}, allowed {allowed:.3g})",
-    )
+    values = (claimed.position, pose.position)
+    found.claim("pose", f"{name}.position", values, allowed, where="at these coordinates")
     length = float(np.linalg.norm(claimed.quaternion))
     unit = found.check(
         "pose",
@@ -81,13 +96,8 @@ def check_placement(
         ("point", claimed.point, table.points[row], tolerances.length * recheck.diagonal),
         ("normal", claimed.normal, table.normals[row], tolerances.direction),
     ):
-        off = float(np.abs(np.array(have) - want).max())
-        found.check(
-            "placements",
-            off <= allowed,
-            f"{name}.{what} {listed(have)} is claimed; face {claimed.face}, cell "
-            f"{list(claimed.cell)} has {listed(want)} (off by {off:.3g}, allowed {allowed:.3g})",
-        )
+        where = f"on face {claimed.face}, cell {list(claimed.cell)}"
+        found.claim("placements", f"{name}.{what}", (have, want), allowed, where=where)
     return row
 
 
@@ -148,13 +158,8 @@ def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
 
     z = recheck.margin(hold)
     found.margin(z)
-    found.check(
-        "z",
-        abs(hold.z - z) <= slack(z),
-        f"z = {hold.z:.9g} is claimed; with these modes and this f_com it is {z:.9g} "
-        f"(off by {abs(hold.z - z):.3g}, allowed {slack(z):.3g})",
-        hold.segment,
-    )
+    where = "with these modes and this f_com"
+    found.claim("z", "z =", (hold.z, z), slack(z), where=where, segment=hold.segment)
     best = z if recheck.unbeaten(hold, z + slack(z)) else recheck.best(hold).z
     found.check(
         "best modes",

@@ -82,7 +82,7 @@ class Inspection:
                 {
                     "name": name,
                     "normal": face.normal.tolist(),
-                    "area": face.region().area,
+                    "area": face.region.area,
                     "offered": name in self.offered,
                 }
                 for name, face in self.faces
