@@ -15,11 +15,9 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
-from gm_ompl.motion.lattice_graph import LatticeGraph
-from gm_ompl.motion.motion import Motion
-from gm_ompl.motion.object_graph import ObjectGraph
+from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""

@@ -21,7 +21,7 @@ from gm_ompl.contact.environment import (
     environment_contacts,
 )
 from gm_ompl.feasibility.backends import Backend
-from gm_ompl.feasibility.pose_class import PoseClass, PoseClasses
+from gm_ompl.feasibility.keys import PoseClass, PoseClasses
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose

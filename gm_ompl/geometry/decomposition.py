@@ -13,11 +13,10 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.facets import COPLANAR
-from gm_ompl.geometry.grouping import facets_of, neighbours_of
-from gm_ompl.geometry.shells import inside
+from gm_ompl.geometry.facets import COPLANAR, facets_of, neighbours_of
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
+from gm_ompl.geometry.welding import inside
 
 MAX_DENTS = 256
 """More planes than this along which a mesh is not convex are refused: each is a cut."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.geometry.grouping import facets_of, neighbours_of
+from gm_ompl.geometry.facets import facets_of, neighbours_of
 from gm_ompl.geometry.triangles import TriangleMesh
 
 PLANE = 1e-9

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from gm_ompl.arrays import Array, BoolArray, IntArray, fix, read_only
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.facets import COPLANAR
-from gm_ompl.geometry.grouping import facets_of, neighbours_of
+from gm_ompl.geometry.facets import COPLANAR, facets_of, neighbours_of
 
 EMPTY = 1e-9
 """A volume below this times D^3 is none."""

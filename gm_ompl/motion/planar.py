@@ -13,9 +13,8 @@ from gm_ompl.arrays import Array, read_only
 from gm_ompl.caches import Memo
 from gm_ompl.geometry.pose import Pose, Twist, rotation_about
 from gm_ompl.geometry.sweep import Sweep
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import POSE_BYTES, Arc, Motion
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import POSE_BYTES, Motion
 from gm_ompl.motion.screw import UP
 
 UPRIGHT = read_only(np.eye(3), (3, 3), "upright")

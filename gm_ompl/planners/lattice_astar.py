@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeAlias, final
@@ -21,7 +22,7 @@ from gm_ompl.holds.watch import Stop, Stopped
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
-from gm_ompl.planners.outcome import Log, result_of, without_search
+from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -33,7 +34,6 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
-from gm_ompl.planners.undecided import bounded
 from gm_ompl.problem import Move, Problem
 
 
@@ -177,3 +177,23 @@ class Dijkstra(LatticePlanner):
     """A* without heuristic."""
 
     name: ClassVar[str] = "dijkstra"
+
+
+def bounded(judge: Judge, search: Callable[[], SearchResult]) -> SearchResult:
+    """Return what ``search`` finds, claiming no more than the decisions it asked for allow."""
+    backend, result = judge.backend, search()
+    if not isinstance(backend, KernelBackend) or not backend.undecided:
+        return result
+    if not result.optimal and result.status is not Status.INFEASIBLE:
+        return dataclasses.replace(result, lower_bound=0.0)
+    backend.forget()
+    backend.optimistic = True
+    try:
+        bound = search().lower_bound
+    finally:
+        backend.optimistic = False
+        backend.forget()
+    if result.status is Status.INFEASIBLE and bound < math.inf:
+        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=bound)
+    optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
+    return dataclasses.replace(result, lower_bound=bound, optimal=optimal)

@@ -14,8 +14,7 @@ from gm_ompl.holds.extraction import Leg, merged, moves_of
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Move
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.route_maker import Route, RouteMaker
 from gm_ompl.sampling.settings import ExploringSettings
 from gm_ompl.sampling.tree import Tree, join

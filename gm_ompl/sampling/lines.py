@@ -13,8 +13,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.motion.lattice_graph import way_along
-from gm_ompl.motion.object_graph import Way
+from gm_ompl.motion.object_graph import Way, way_along
 from gm_ompl.problem import Placements, Problem
 
 WHOLE_STEPS = 1e-7

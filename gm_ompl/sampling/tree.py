@@ -12,8 +12,7 @@ from gm_ompl.holds.extraction import Leg, merged
 from gm_ompl.holds.goals import fits, restricted
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.settings import ExploringSettings
 
 ROOT: Final = -1

@@ -13,17 +13,16 @@ from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.hulls import whole_hull
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, moved, shifted
+from gm_ompl.motion.arc import Motion
 from gm_ompl.motion.lattice import Coordinates, Lattice
-from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import path_lattice
 from gm_ompl.motion.planar import PlanarMotion, planar_lattice
 from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
-from gm_ompl.scenario.headings import rotation_matrix
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
-from gm_ompl.scenario.motions import make_motion
+from gm_ompl.scenario.motions import make_motion, rotation_matrix
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 

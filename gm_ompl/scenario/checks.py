@@ -14,9 +14,9 @@ from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.fields import BoxModel, MeshUse
 from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
-from gm_ompl.scenario.shape_fields import BoxModel, MeshUse
 
 MOST = 1e15
 """No number is larger: products of a few, as in an inertia, must stay finite."""

@@ -14,8 +14,8 @@ from gm_ompl.geometry.hulls import clean_hull, hull_mesh
 from gm_ompl.geometry.triangles import EMPTY, TriangleMesh
 from gm_ompl.geometry.usage import NOTHING, Usage, Used
 from gm_ompl.geometry.welding import resolution
-from gm_ompl.scenario.headings import rotation_matrix
-from gm_ompl.scenario.shape_fields import MeshModel, MeshUse, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.fields import MeshModel, MeshUse, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.motions import rotation_matrix
 
 AnyShape = TypeVar("AnyShape", Shape, ObstacleModel)
 

@@ -20,11 +20,13 @@ from gm_ompl.scenario.fields import (
     Matrix,
     NotNegative,
     Number,
+    ObstacleModel,
     OneOrMany,
     PoseModel,
     Positive,
     RegionModel,
     RotationModel,
+    Shape,
     Strict,
     Text,
     Vector,
@@ -32,7 +34,6 @@ from gm_ompl.scenario.fields import (
     WordOr,
     pose_or_region,
 )
-from gm_ompl.scenario.shape_fields import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5

@@ -9,8 +9,8 @@ from typing import TypeAlias
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import PoseModel, RegionModel, Strict
-from gm_ompl.scenario.headings import goal_tilt, goal_yaw, start_yaw
 from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel
+from gm_ompl.scenario.motions import goal_tilt, goal_yaw, start_yaw
 
 Finding: TypeAlias = tuple[Path, object, str]
 """Path, value (or ``...`` where the message needs none), what would be right."""

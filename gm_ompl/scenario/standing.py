@@ -11,9 +11,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.projection import ANY_WAY, projected
 from gm_ompl.errors import GeometryError, ScenarioWarning
-from gm_ompl.geometry.drop import Support, below, lowered, supports
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import PlacedPiece, gap
+from gm_ompl.geometry.separation import PlacedPiece, Support, below, gap, lowered, supports
 from gm_ompl.geometry.solids import Body
 from gm_ompl.scenario.document import Document, Path, dotted
 

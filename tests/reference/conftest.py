@@ -13,8 +13,8 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.solids import box as box_piece
 from gm_ompl.geometry.surface import PlacementTable, placements
+from gm_ompl.motion.arc import Motion
 from gm_ompl.motion.lattice import Goal, Lattice
-from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
 from gm_ompl.motion.screw import Slide
 from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem

@@ -14,10 +14,9 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.lattice_graph import way_along
-from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.object_graph import way_along
 from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp

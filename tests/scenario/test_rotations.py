@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gm_ompl.scenario.fields import RotationModel
-from gm_ompl.scenario.headings import rotation_matrix
+from gm_ompl.scenario.motions import rotation_matrix
 
 
 @pytest.mark.parametrize("seed", range(10))
