@@ -33,9 +33,6 @@ SAME: Final = 1e-12
 FIRST_SWEEP: Final = 1000.0
 """Lanes treated in vain before a sweep over all lanes is considered."""
 
-RENEWED: Final = 0.05
-"""Cost of renewing a start set's key among others, in units of treating one lane: measured."""
-
 
 @dataclass(frozen=True, eq=False)
 class Entry:
@@ -113,7 +110,7 @@ class LaneSearch:
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
         self._best: tuple[Entry, tuple[int, ...]] | None = None
-        self._stale, self._patience = 0.0, FIRST_SWEEP
+        self._stale, self._patience = 0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
 
@@ -174,7 +171,7 @@ class LaneSearch:
             f, placements = self._source.take()
             self._treat(f, Entry(placements, self._graph.start, 0.0, None))
         else:
-            self._wasted(RENEWED * self._source.renew())
+            self._wasted(self._source.renew())
 
     def _treat(self, f: float, entry: Entry) -> None:
         """Renew an entry's key; where it stands, judge the plan that it stands for."""
@@ -191,21 +188,25 @@ class LaneSearch:
             self._source.judged(stale)
         if stale:
             self._push(entry.g + cost, entry)
-            self._wasted(1.0)
+            self._wasted(1)
         elif hub is None:
             self._finish(lane, entry)
         else:
             self._enter(lane, entry, node, hub)
 
-    def _wasted(self, lanes: float) -> None:
-        """Hear that keys had gone stale; where too many do, look further ahead from all hubs."""
+    def _wasted(self, lanes: int) -> None:
+        """Hear of stale keys; where too many are, look further ahead from all hubs.
+
+        A sweep bounds every lane once. Made only when as many lanes were bounded in vain, all
+        sweeps together cost no more than what was wasted, whatever the machine.
+        """
         self._stale += lanes
         if self._stale < self._patience:
             return
         price = self._graph.sweep_price()
         if self._stale >= price:
             gained = self._graph.sweep()
-            self._stale = 0.0
+            self._stale = 0
             # Sweeps that raise nothing are made ever more rarely.
             price = price if gained else 2.0 * max(price, self._patience)
         self._patience = price
