@@ -70,9 +70,9 @@ class Judge:
         self.configurations = 0
         environment = problem.environment
         obstacles = [o.body for o in environment.obstacles]
-        around = obstacles, environment.floor, environment.contact_tolerance
-        self._scene = Scene(problem.body, *around)
-        self._swept = SweptScene(problem.body, *around)
+        touching = environment.contact_tolerance
+        self._scene = Scene(problem.body, obstacles, environment.floor, touching)
+        self._swept = SweptScene(self._scene)
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}

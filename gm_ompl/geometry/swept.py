@@ -7,16 +7,15 @@ halved, until the bodies penetrate each other in its middle or every part is cle
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray, cross
-from gm_ompl.geometry.collision import EXACT, allowed_depth
+from gm_ompl.geometry.collision import EXACT, Scene, allowed_depth
 from gm_ompl.geometry.pose import rotation_about
-from gm_ompl.geometry.separation import TOUCHING, crossed_edges
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.separation import crossed_edges
+from gm_ompl.geometry.solids import ConvexPiece
 from gm_ompl.geometry.sweep import Sweep, Waves, heights, turned
 
 Stretch: TypeAlias = tuple[float, float]
@@ -161,32 +160,23 @@ class SweptScene:
     """The object, its environment, and whether they penetrate each other along a motion.
 
     Args:
-        body: the object, object frame.
-        obstacles: fixed bodies, world frame.
-        floor: whether the half space z < 0 is solid.
-        touching: how deep object and environment may overlap, relative to D.
+        scene: the same at single poses.
     """
 
-    def __init__(
-        self, body: Body, obstacles: Sequence[Body], floor: bool, touching: float = TOUCHING
-    ) -> None:
-        self._body, self._floor = body, floor
-        self._depth = touching * body.diagonal
-        self._obstacles = [piece for other in obstacles for piece in other.pieces]
-        self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
-        self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self._D = scene, scene.body.diagonal
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
-        for piece in self._body.pieces:
+        for piece in self._scene.body.pieces:
             arms = sweep.arms(piece.vertices)
-            if self._floor and float(_heights(sweep, arms).min()) < -self._depth:
+            if self._scene.floor and float(_heights(sweep, arms).min()) < -self._scene.depth:
                 return False
             mover: MovingPiece | None = None
             for j in self._near(sweep, arms, 0.0).tolist():
                 mover = mover or MovingPiece(piece, sweep)
-                other = self._obstacles[j]
-                if not _pair_clear(mover, other, self._depth):
+                other = self._scene.obstacles[j]
+                if not _pair_clear(mover, other, self._scene.depth):
                     return False
         return True
 
@@ -202,23 +192,22 @@ class SweptScene:
         if not len(centres):
             return free
         arms = sweep.arms(centres)
-        if self._floor:
-            free &= _heights(sweep, arms) >= radius - EXACT * self._body.diagonal
+        if self._scene.floor:
+            free &= _heights(sweep, arms) >= radius - EXACT * self._D
         for j in self._near(sweep, arms, radius).tolist():
-            rows, piece = np.flatnonzero(free), self._obstacles[j]
-            least = radius - allowed_depth(self._body.diagonal, piece)
+            rows, piece = np.flatnonzero(free), self._scene.obstacles[j]
+            least = radius - allowed_depth(self._D, piece)
             free[rows] = _tips_clear(sweep, arms[rows], piece, least)
         return free
 
     def _near(self, sweep: Sweep, arms: Array, margin: float) -> IntArray:
         """Return the obstacle pieces in whose bounding box points with ``arms`` may come."""
-        if not len(self._obstacles):
+        if not len(self._scene.obstacles):
             return np.zeros(0, dtype=np.int64)
         ends = np.concatenate([sweep.moved(arms, 0.0), sweep.moved(arms, 1.0)])
         margin += sweep.sagitta(arms)
         low, high = ends.min(axis=0) - margin, ends.max(axis=0) + margin
-        near: IntArray = np.flatnonzero(((self._low < high) & (self._high > low)).all(axis=1))
-        return near
+        return self._scene.near(low, high)
 
 
 def _heights(sweep: Sweep, arms: Array) -> Array:
