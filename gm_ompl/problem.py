@@ -52,6 +52,12 @@ class Fingers:
         """Number of fingers n."""
         return len(self.start)
 
+    def centres(self, placements: Placements) -> Array:
+        """Return the fingertips' centres (n, 3), object frame, one row per finger."""
+        table, rows = self.placements, list(placements)
+        outward: Array = table.points[rows] - self.radius[:, None] * table.normals[rows]
+        return outward
+
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 

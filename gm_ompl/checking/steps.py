@@ -121,7 +121,9 @@ def _check_cost(
     if not (z > 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
     weights = 1.0 + recheck.problem.cost.stability / z
-    cost = float((weights @ arc.chords(recheck.centres(rows), len(z))).max(initial=0.0))
+    cost = float(
+        (weights @ arc.chords(recheck.problem.fingers.centres(rows), len(z))).max(initial=0.0)
+    )
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
     found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")

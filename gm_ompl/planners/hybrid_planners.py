@@ -50,61 +50,43 @@ class Search(Protocol):
         """Do one iteration; return whether the best plan changed."""
 
 
-@final
-class HybridRun:
-    """One run of a randomised search.
+def searched(search: Search, log: Log, growth: Growth | None, patience: int | None) -> SearchResult:
+    """Search until the budget is spent, or for ``patience`` iterations in vain with a plan.
 
     Args:
-        judge: answers about the problem.
-        budget: what may be spent.
-        report: called now and then with the progress.
-
-    Attributes:
-        log: told of the progress.
+        search: goes on an iteration at a time.
+        log: told of the progress; its budget is spent.
+        growth: told of every branch and plan, where somebody listens.
+        patience: None is endless.
     """
+    status, done, last = Status.BUDGET, 0, 0
 
-    def __init__(self, judge: Judge, budget: Budget, report: Report) -> None:
-        self.log = Log(budget.start(), judge, report)
-        trace = tracer(report)
-        self._growth = None if trace is None else Growth(judge.problem, trace)
-        self._iterations = 0
+    def stop() -> bool:
+        return log.meter.spent(done)
 
-    def search(self, search: Search, patience: int | None) -> SearchResult:
-        """Search until the budget is spent, or for ``patience`` iterations in vain with a plan."""
-        status = Status.BUDGET
-        try:
-            self._loop(search, patience)
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
-        if status is Status.BUDGET and search.cost < math.inf:
-            status = Status.SOLVED
-        self._event(search)
-        statistics = self.log.statistics(self._iterations, search.branches)
-        return result_of(status, search.cost, 0.0, search.moves, statistics)
+    def event() -> None:
+        log.event(search.cost, 0.0, done, search.branches)
 
-    def _loop(self, search: Search, patience: int | None) -> None:
-        def stop() -> bool:
-            return self.log.meter.spent(self._iterations)
-
-        last = 0
+    try:
         while not stop():
             changed = search.step(stop)
-            self._iterations += 1
-            if self._growth is not None:
-                self._growth.grown(search.courses)
+            done += 1
+            last = done if changed else last
+            if growth is not None:
+                growth.grown(search.courses)
                 if changed:
-                    self._growth.planned(search.moves)
-            if changed:
-                last = self._iterations
-                self._event(search)
-            elif self.log.due():
-                self._event(search)
-            waited = self._iterations - last
-            if patience is not None and search.cost < math.inf and waited >= patience:
-                return
-
-    def _event(self, search: Search) -> None:
-        self.log.event(search.cost, 0.0, self._iterations, search.branches)
+                    growth.planned(search.moves)
+            if changed or log.due():
+                event()
+            if patience is not None and search.cost < math.inf and done - last >= patience:
+                break
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    if status is Status.BUDGET and search.cost < math.inf:
+        status = Status.SOLVED
+    event()
+    statistics = log.statistics(done, search.branches)
+    return result_of(status, search.cost, 0.0, search.moves, statistics)
 
 
 class HybridPlanner(Planner):
@@ -123,16 +105,18 @@ class HybridPlanner(Planner):
         Without a limit on time or iterations, a search for ever better plans ends ``patience``
         iterations after the last improvement.
         """
-        run = HybridRun(judge, budget, report)
+        log, trace = Log(budget.start(), judge, report), tracer(report)
+        growth = None if trace is None else Growth(problem, trace)
         try:
             if impossible(problem, judge):
-                return without_search(Status.INFEASIBLE, math.inf, run.log.meter)
+                return without_search(Status.INFEASIBLE, math.inf, log.meter)
             search = self.make_search(judge, rng)
         except KeyboardInterrupt:
-            return without_search(Status.INTERRUPTED, 0.0, run.log.meter)
+            return without_search(Status.INTERRUPTED, 0.0, log.meter)
         limited = budget.time_limit is not None or budget.max_iterations is not None
         anytime = self.specs.optimal and limited
-        return run.search(search, None if anytime else int(self.settings.get("patience", 0)))
+        patience = None if anytime else int(self.settings.get("patience", 0))
+        return searched(search, log, growth, patience)
 
     @abstractmethod
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:

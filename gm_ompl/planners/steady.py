@@ -188,8 +188,6 @@ def _with_decisions(
 
 def _lengths(problem: Problem, move: Displacement) -> list[list[float]]:
     """Return per finger, per segment, |dq_finger i,j| of Eq. (9)."""
-    P, table = len(move.segments), problem.fingers.placements
-    rows = np.asarray(move.placements, dtype=np.int64)
-    centres = table.points[rows] - problem.fingers.radius[:, None] * table.normals[rows]
-    lengths: list[list[float]] = move.arc.chords(centres, P).T.tolist()
+    centres = problem.fingers.centres(move.placements)
+    lengths: list[list[float]] = move.arc.chords(centres, len(move.segments)).T.tolist()
     return lengths

@@ -14,6 +14,7 @@ import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.cost import displacement_cost
+from gm_ompl.holds.goals import fits
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.sampling.lines import Line, same, split, strides_needed, unwrapped
@@ -61,10 +62,8 @@ class ContinuousModel:
 
     def in_goal(self, state: HybridState) -> bool:
         """Whether the object is in the goal and the fingers are where the goal wants them."""
-        wanted = zip(state.placements, self.problem.fingers.goal, strict=True)
-        return self.problem.goal.contains(state.q) and all(
-            want is None or have == want for have, want in wanted
-        )
+        problem = self.problem
+        return problem.goal.contains(state.q) and fits(state.placements, problem.fingers.goal)
 
     def state_valid(self, q: Coordinates, placements: Placements) -> bool:
         """Whether nothing penetrates at ``q``; fingers that are UNPLACED touch nothing."""

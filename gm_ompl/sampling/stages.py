@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 from gm_ompl.caches import Memo
+from gm_ompl.holds.goals import fits
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Displacement, Move, Placements, Regrasp
 from gm_ompl.sampling.motions import ContinuousModel, HybridState
@@ -86,21 +87,11 @@ class StageJudge:
         self._model = model
         self._known = Memo[Way, tuple[Displacement, ...] | None](DISPLACEMENT_BYTES)
 
-    def fits_ends(self, stages: Stages) -> bool:
-        """Whether the hand is where start and goal want it."""
-        hand = self._model.problem.fingers
-        return all(
-            want is None or have == want
-            for have, want in itertools.chain(
-                zip(stages[0].placements, hand.start, strict=True),
-                zip(stages[-1].placements, hand.goal, strict=True),
-            )
-        )
-
     def moves(self, stages: Stages, below: float = math.inf) -> tuple[Move, ...] | None:
         """Return the moves of ``stages``; None where one fails or the cost is not below."""
         model = self._model
-        if not self.fits_ends(stages):
+        hand = model.problem.fingers
+        if not (fits(stages[0].placements, hand.start) and fits(stages[-1].placements, hand.goal)):
             return None
         moves: list[Move] = []
         cost = (len(stages) - 1) * model.problem.cost.regrasp

@@ -80,7 +80,10 @@ def build(model: ScenarioModel, document: Document) -> Built:
         lattice=lattice,
         start=moving.start,
         goal=moving.goal,
-        mechanics=_mechanics(model),
+        mechanics=MechanicsSettings(
+            gravity=model.gravity,
+            **model.mechanics.model_dump(include={"cone_edges", "z_min", "backend"}),
+        ),
         cost=CostSettings(**model.cost.model_dump()),
     )
     _check_poses(problem, notes)
@@ -96,15 +99,6 @@ def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Envir
         friction=model.friction.environment,
         patch_points=model.mechanics.patch_points or 0,
         contact_tolerance=model.mechanics.contact_tolerance,
-    )
-
-
-def _mechanics(model: ScenarioModel) -> MechanicsSettings:
-    return MechanicsSettings(
-        gravity=model.gravity,
-        cone_edges=model.mechanics.cone_edges,
-        z_min=model.mechanics.z_min,
-        backend=model.mechanics.backend,
     )
 
 
