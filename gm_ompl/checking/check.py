@@ -11,7 +11,6 @@ from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
-from gm_ompl.planfile.record import PoseRecord
 from gm_ompl.scenario.scenario import Scenario
 
 AnyStep = DisplacementStep | RegraspStep
@@ -59,21 +58,14 @@ def check_continuity(
         f"placements are {_show(have)}; after the last step they are {_show(want)}",
     )
     if isinstance(step, DisplacementStep) and isinstance(last, DisplacementStep):
-        off = _apart(step.pose_from, last.pose_to)
-        allowed = 2 * recheck.tolerances.length * max(recheck.diagonal, _size(last.pose_to))
+        here, there = step.pose_from.position, last.pose_to.position
+        off = max(abs(u - v) for u, v in zip(here, there, strict=True))
+        allowed = 2 * recheck.tolerances.length * max(recheck.diagonal, *map(abs, there))
         found.check(
             "continuity",
             off <= allowed,
             f"pose_from is {off:.3g} away from the last step's pose_to (allowed {allowed:.3g})",
         )
-
-
-def _apart(a: PoseRecord, b: PoseRecord) -> float:
-    return max(abs(u - v) for u, v in zip(a.position, b.position, strict=True))
-
-
-def _size(pose: PoseRecord) -> float:
-    return max(abs(value) for value in pose.position)
 
 
 def _check_start(recheck: Recheck, step: AnyStep, found: Findings) -> None:
@@ -233,7 +225,10 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     for number, step in enumerate(plan.steps):
         found = Findings(number)
         check_continuity(recheck, last, step, found)
-        _check_step(recheck, step, found)
+        if isinstance(step, DisplacementStep):
+            check_displacement(recheck, step, found)
+        else:
+            check_regrasp(recheck, step, found)
         if number == len(plan.steps) - 1:
             check_goal(recheck, step, found)
         reports.append(found.report(step.kind, _where(step)))
@@ -241,13 +236,6 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
         last = step
     notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
-
-
-def _check_step(recheck: Recheck, step: AnyStep, found: Findings) -> None:
-    if isinstance(step, DisplacementStep):
-        check_displacement(recheck, step, found)
-    else:
-        check_regrasp(recheck, step, found)
 
 
 def _where(step: AnyStep) -> str:

@@ -134,9 +134,9 @@ def _check_forces(recheck: Recheck, hold: Hold, found: Findings) -> bool:
         limit = float(limits[finger])
         wrong = ""
         if (force is None) != (mode.value == "position"):
-            wrong = (
-                f"f_com of finger {finger} is {_number(force)}; under {mode.value} control it is "
-                + ("null" if mode.value == "position" else f"a number from 0 to {limit:.9g}")
+            have = "null" if force is None else f"{force:.9g}"
+            wrong = f"f_com of finger {finger} is {have}; under {mode.value} control it is " + (
+                "null" if mode.value == "position" else f"a number from 0 to {limit:.9g}"
             )
         elif force is not None:
             slack = recheck.tolerances.force * limit
@@ -175,7 +175,3 @@ def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
         f"z is {least:.9g}, below z_min = {z_min:.9g} by {z_min - least:.3g}",
         hold.segment,
     )
-
-
-def _number(force: float | None) -> str:
-    return "null" if force is None else f"{force:.9g}"

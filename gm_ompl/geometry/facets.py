@@ -123,7 +123,9 @@ def _assemble(cloud: Array, rings: list[list[int]]) -> Polyhedron:
     vertices = cloud[used]
     normals = np.array([_normal(cloud[ring]) for ring in rings])
     order = sorted(range(len(rings)), key=lambda f: tuple(-np.round(normals[f], 9)))
-    faces = tuple(_from_least([number[i] for i in rings[f]]) for f in order)
+    faces = tuple(tuple(number[i] for i in rings[f]) for f in order)
+    starts = [face.index(min(face)) for face in faces]
+    faces = tuple((*face[k:], *face[:k]) for face, k in zip(faces, starts, strict=True))
     normals = normals[order]
     edges = {(a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     if any(len(face) < 3 for face in faces) or any((b, a) not in edges for a, b in edges):
@@ -149,11 +151,6 @@ def _normal(ring: Array) -> Array:
     total = np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()])
     normal: Array = total / np.linalg.norm(total)
     return normal
-
-
-def _from_least(ring: list[int]) -> tuple[int, ...]:
-    start = ring.index(min(ring))
-    return (*ring[start:], *ring[:start])
 
 
 def directions(vectors: Array) -> Array:

@@ -12,8 +12,7 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.collision import surface_distances
 from gm_ompl.geometry.decomposition import MAX_PIECES, solid
-from gm_ompl.geometry.flattening import flattened
-from gm_ompl.geometry.hulls import clean_hull, hull_mesh, triangulated
+from gm_ompl.geometry.hulls import clean_hull, flattened, hull_mesh, triangulated
 from gm_ompl.geometry.mesh import BEFORE_CUTTING, convex_parts, simplified, turned_outward
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume

@@ -28,8 +28,8 @@ from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer, FirstPlan
-from gm_ompl.sampling.refine import Refinement
 from gm_ompl.sampling.settings import ExploringSettings, ImprovingSettings
+from gm_ompl.sampling.stages import Refinement
 
 
 class Search(Protocol):

@@ -52,15 +52,12 @@ class Parameter:
         # bool is a subclass of int, yet no whole number.
         if not isinstance(value, self.kind) or (self.kind is int and isinstance(value, bool)):
             raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
-        inside = value in self.choices if isinstance(value, str) else self._inside(float(value))
-        if not inside:
-            raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
-        return value
-
-    def _inside(self, number: float) -> bool:
         low = -math.inf if self.low is None else self.low
         high = math.inf if self.high is None else self.high
-        return math.isfinite(number) and low <= number <= high
+        inside = value in self.choices if isinstance(value, str) else low <= value <= high
+        if not inside or (isinstance(value, float) and not math.isfinite(value)):
+            raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
+        return value
 
     def range(self) -> str:
         """Return in words what values are accepted."""

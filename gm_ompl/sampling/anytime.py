@@ -21,8 +21,8 @@ from gm_ompl.problem import Move, Placements
 from gm_ompl.sampling.explorer import Course, Explorer
 from gm_ompl.sampling.lane_sample import CHEAPER, LaneSample
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw, as_sets
-from gm_ompl.sampling.refine import Refinement
 from gm_ompl.sampling.settings import ImprovingSettings
+from gm_ompl.sampling.stages import Refinement
 
 
 @final
@@ -173,7 +173,8 @@ class Anytime:
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
         if self._best is None or self._rng.random() < self._settings.exploring_share:
-            return self._explore(stop)
+            found = self._explorer.step(stop)
+            return found is not None and self._accept(*found)
         if self._rng.random() < self._settings.smoothing_share:
             return self._polish(stop)
         if self._stalled >= self._settings.stall_limit:
@@ -184,10 +185,6 @@ class Anytime:
             self._stalled += 1
         legs = improver.step(self._unrefined, stop)
         return legs is not None and self._accept(course, legs)
-
-    def _explore(self, stop: Stop) -> bool:
-        found = self._explorer.step(stop)
-        return found is not None and self._accept(*found)
 
     def _accept(self, course: Course, legs: list[Leg]) -> bool:
         moves = moves_of(self._judge, course.store.route.way, legs)

@@ -76,11 +76,14 @@ class Explorer:
     def step(self, stop: Stop) -> tuple[Course, list[Leg]] | None:
         """Do one iteration; return a plan's legs if it found one."""
         if not self.courses or self._rng.random() < self._settings.new_route_share:
-            self._add_course()
+            route = self._maker.make()
+            if route is not None:
+                self._add(route)
         if not self.courses:
             return None
         course = self._pick()
-        tree = self._next_tree(course)
+        # The one that had fewer steps; the goal's first: it is the more selective.
+        tree = min(reversed(course.trees), key=lambda tree: tree.steps)
         number = tree.grow(stop)
         if number is None:
             return None
@@ -91,11 +94,6 @@ class Explorer:
         """Return a new course along a route much like ``route``, or None where it is blocked."""
         other = self._maker.variant(route)
         return None if other is None else self._add(other)
-
-    def _add_course(self) -> None:
-        route = self._maker.make()
-        if route is not None:
-            self._add(route)
 
     def _add(self, route: Route) -> Course:
         store = LaneStore(self._judge, self.sets, route)
@@ -113,11 +111,6 @@ class Explorer:
             return self.courses[0]
         promise = np.array([course.promise for course in self.courses]) ** 2
         return self.courses[int(self._rng.choice(len(promise), p=promise / promise.sum()))]
-
-    @staticmethod
-    def _next_tree(course: Course) -> Tree:
-        """Return the tree that had fewer steps; the goal's first: it is the more selective."""
-        return min(reversed(course.trees), key=lambda tree: tree.steps)
 
     def _plan(self, course: Course, tree: Tree, number: int) -> list[Leg] | None:
         branch, last = tree.branches[number], course.store.route.strides

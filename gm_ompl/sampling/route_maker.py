@@ -165,7 +165,11 @@ class RouteMaker:
             points.append(step)
             parents.append(nearest)
             if same(self._problem, step, goal):
-                return self._shortened(self._back(points, parents))
+                path, k = [step], nearest
+                while k >= 0:
+                    path.append(points[k])
+                    k = parents[k]
+                return self._shortened(path[::-1])
         return None
 
     def _nearest(self, points: list[Coordinates], q: Coordinates) -> int:
@@ -185,14 +189,6 @@ class RouteMaker:
             return False
         arcs = (motion.arc(*ends) for ends in itertools.pairwise(points))
         return all(self._judge.along(arc).object_free for arc in arcs)
-
-    @staticmethod
-    def _back(points: list[Coordinates], parents: list[int]) -> list[Coordinates]:
-        path, k = [], len(points) - 1
-        while k >= 0:
-            path.append(points[k])
-            k = parents[k]
-        return path[::-1]
 
     def _shortened(self, path: list[Coordinates]) -> list[Coordinates]:
         for _ in range(SHORTCUTS):

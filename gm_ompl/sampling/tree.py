@@ -195,7 +195,9 @@ class Tree:
         # A branch that came all the way with its fingers in the wrong places needs no luck.
         arrived = branch.reach == self._last and not self.fits_other_end(branch.lane)
         if arrived or self._rng.random() < self._settings.no_progress_share:
-            lane = tuple(sets[self._preferred(sets)].tolist())
+            # One with most fingers where the motion's other end wants them.
+            wanted = np.array([-1 if row is None else row for row in self._wanted])
+            lane = tuple(sets[int(np.argmax((sets == wanted).sum(axis=1)))].tolist())
             if lane not in self.by_lane:
                 return self._add(Branch(lane, vertex, self._onward(lane, vertex), parent))
         return None
@@ -208,11 +210,6 @@ class Tree:
         while (got := self._store.probe(lane, vertex, reach)) != reach:
             reach = got
         return reach
-
-    def _preferred(self, sets: IntArray) -> int:
-        """Return a set with most fingers where the motion's other end wants them."""
-        wanted = np.array([-1 if row is None else row for row in self._wanted])
-        return int(np.argmax((sets == wanted).sum(axis=1)))
 
     def legs(self, number: int, vertex: int) -> list[Leg]:
         """Return the legs between the tree's end and ``vertex`` on branch ``number``."""

@@ -130,14 +130,10 @@ def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, 
             )
         if number:
             # The moves' own ends count: unwrapped, and free of OMPL's rounding.
-            here = HybridState(_end(found, here), state.placements)
+            ends = [move.end for move in found if isinstance(move, Displacement)]
+            here = HybridState(ends[-1] if ends else here.q, state.placements)
         moves.extend(found)
     return tuple(moves)
-
-
-def _end(moves: Sequence[Move], before: HybridState) -> tuple[float, ...]:
-    ends = [move.end for move in moves if isinstance(move, Displacement)]
-    return ends[-1] if ends else before.q
 
 
 def _shown(state: HybridState) -> str:
