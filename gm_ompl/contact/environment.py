@@ -13,7 +13,7 @@ from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.separation import TOUCHING, PlacedPiece
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.arc import Moment
 
 AT_REST = 1e-9
@@ -117,7 +117,10 @@ def _patches(body: Body, environment: Environment, pose: Pose, tolerance: float)
         found = []
         for other in obstacle.body.pieces:
             for piece, (low, high) in zip(pieces, reaches, strict=True):
-                if _apart(other, low, high, tolerance):
+                least, most = other.bounds
+                if any(
+                    high[k] + tolerance < least[k] or most[k] + tolerance < low[k] for k in range(3)
+                ):
                     continue
                 patch = contact_patch(piece, PlacedPiece(other), tolerance)
                 if patch is not None:
@@ -133,12 +136,6 @@ def _floor_patch(piece: PlacedPiece, tolerance: float) -> Patch | None:
     corners = convex_hull([(x, y) for x, y, _ in feet.tolist()], tolerance)
     # In the order of the vertices: where the cycle begins would hang on rounding.
     return Patch(feet[sorted(corners)], UP)
-
-
-def _apart(other: ConvexPiece, low: list[float], high: list[float], tolerance: float) -> bool:
-    """Whether bounding boxes alone show a gap wider than ``tolerance``."""
-    least, greatest = other.bounds
-    return any(high[k] + tolerance < least[k] or greatest[k] + tolerance < low[k] for k in range(3))
 
 
 def _distinct(points: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:

@@ -131,19 +131,15 @@ def for_placements(
         return
 
     def holds(changed: Problem, seconds: float) -> Answer:
-        return _kept(changed, placements, Deadline(seconds))
+        judge = Judge(changed, make_backend(changed))
+        explainer = Explainer(changed, judge, Deadline(seconds).passed)
+        region = Region(explainer, placements, backwards=False)
+        if region.arrived:
+            return Answer.YES
+        return Answer.UNKNOWN if region.cut_short else Answer.NO
 
     today = Answer.UNKNOWN if line.cut_short else Answer.NO
     yield from _turned(problem, holds, KEPT, today, deadline)
-
-
-def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answer:
-    """Whether placements hold from start to goal."""
-    explainer = Explainer(problem, Judge(problem, make_backend(problem)), deadline.passed)
-    region = Region(explainer, placements, backwards=False)
-    if region.arrived:
-        return Answer.YES
-    return Answer.UNKNOWN if region.cut_short else Answer.NO
 
 
 def for_scenario(

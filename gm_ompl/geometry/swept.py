@@ -68,7 +68,8 @@ class Planes:
         for waves in self._faces:
             gaps = waves.at(middle).min(axis=1)
             deepest = max(deepest, float(gaps.max()))
-            best = _widest(gaps, depth)
+            best = np.flatnonzero(gaps >= -depth)
+            best = best[np.argsort(-gaps[best])[:TRIED]]
             if len(best) and waves.rows(best).least(*stretch).min(axis=1).max() >= -depth:
                 return True
         gap, pair = self._widest_edges(middle)
@@ -141,12 +142,6 @@ class Planes:
         cosine = -min(along.least(*stretch).min(), (-along).least(*stretch).min())
         length = np.sqrt(max(0.0, 1.0 - float(cosine) ** 2))
         return bool(above + below >= -depth * length)
-
-
-def _widest(gaps: Array, depth: float) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
-    """Return the rows of the widest gaps that are no penetration."""
-    rows = np.flatnonzero(gaps >= -depth)
-    return rows if len(rows) <= TRIED else rows[np.argsort(-gaps[rows])[:TRIED]]
 
 
 SHORTEST = 1e-9

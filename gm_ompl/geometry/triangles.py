@@ -176,14 +176,13 @@ def planar_faces(mesh: TriangleMesh) -> tuple[PlanarFace, ...]:
         if size > (COPLANAR * mesh.extent) ** 2:  # else a sliver without area
             rim = _rim(mesh.faces[members])
             found.append(PlanarFace(mesh.corners[members], mesh.vertices[rim], total / size))
-    return tuple(sorted(found, key=lambda face: _place(face, mesh.extent)))
 
+    def place(face: PlanarFace) -> tuple[float, ...]:
+        middle = face.triangles.mean(axis=(0, 1)) / mesh.extent
+        out = face.normal @ (face.triangles[0, 0] / mesh.extent)
+        return tuple(-np.round([*face.normal, out, *middle], 6))
 
-def _place(face: PlanarFace, extent: float) -> tuple[float, ...]:
-    middle = face.triangles.mean(axis=(0, 1)) / extent
-    return tuple(
-        -np.round([*face.normal, face.normal @ (face.triangles[0, 0] / extent), *middle], 6)
-    )
+    return tuple(sorted(found, key=place))
 
 
 def _rim(faces: IntArray) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import ClassVar, TypeAlias, final
 
 import numpy as np
@@ -15,7 +15,7 @@ from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.watch import Stop, Stopped
@@ -34,7 +34,7 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
-from gm_ompl.problem import Move, Problem
+from gm_ompl.problem import Problem
 
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
@@ -66,18 +66,12 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
 
     search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    moves = _moves(judge, graph, *search.path())
+    arcs, legs = search.path()
+    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+    way = problem.object_graph.way([graph.nodes[c] for c in nodes])
+    moves = moves_of(judge, way, legs)
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
-
-
-def _moves(
-    judge: Judge, graph: LaneGraph, arcs: Sequence[int], legs: Sequence[Leg]
-) -> tuple[Move, ...]:
-    """Return the moves of a plan whose arcs and legs are those of lanes."""
-    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
-    way = judge.problem.object_graph.way([graph.nodes[c] for c in nodes])
-    return moves_of(judge, way, legs)
 
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]

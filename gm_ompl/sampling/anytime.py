@@ -87,7 +87,10 @@ class Improver:
             near = self._neighbours(tuple(row.tolist()))
             if len(near):
                 return near
-        return self._anywhere()
+        route = self._store.route  # random sets that are free at a random vertex
+        vertex = int(self._rng.integers(route.strides + 1))
+        allowed = tuple(route.node_free[:, :, vertex])
+        return self._draw.draw(self._settings.drawn, allowed, self._rng)
 
     def _neighbours(self, lane: Placements) -> IntArray:
         """Return the sets that differ in one random finger, where it may be somewhere."""
@@ -97,13 +100,6 @@ class Improver:
         self._done.add((lane, slot))
         hub = self._store.lifted(lane, slot)
         return self._store.anywhere(hub)
-
-    def _anywhere(self) -> IntArray:
-        """Return random sets that are free at a random vertex."""
-        route = self._store.route
-        vertex = int(self._rng.integers(route.strides + 1))
-        allowed = tuple(route.node_free[:, :, vertex])
-        return self._draw.draw(self._settings.drawn, allowed, self._rng)
 
     def _join(self, sets: IntArray, below: float) -> None:
         """Add the most promising of ``sets`` to the sample, some others that may do by luck."""

@@ -64,16 +64,14 @@ class LaneStore:
         doubt = self.route.suspicion()[low:high]
         order = np.argsort(-doubt[open_[:, 0], open_[:, 1]])
         for k, p in open_[order].tolist():
-            if not self._segment_holds(lane, margins, low + k, p):
-                return int(low + k if last > first else low + k + 1)
+            stride = low + k
+            margins[stride, p] = self.known.decide(lane, self.route.table.state(stride, p))
+            fails = margins[stride, p] == FAILED
+            self.route.tried[stride, p] += 1.0
+            self.route.failed[stride, p] += fails
+            if fails:
+                return int(stride if last > first else stride + 1)
         return last
-
-    def _segment_holds(self, lane: Placements, margins: Array, k: int, p: int) -> bool:
-        margins[k, p] = self.known.decide(lane, self.route.table.state(k, p))
-        holds = margins[k, p] != FAILED
-        self.route.tried[k, p] += 1.0
-        self.route.failed[k, p] += not holds
-        return bool(holds)
 
     def lifted(self, lane: Placements, slot: int) -> Placements:
         """Return the canonical set of ``lane`` with the finger at ``slot`` lifted."""

@@ -108,18 +108,12 @@ def _object(model: ScenarioModel) -> tuple[Body, Array]:
     body = body_of(model.object.shape)
     if given is not None:
         body = shifted(body, -np.array(given))
-        _check_centre(body)
+        if (whole_hull(body).face_offsets < -1e-9 * body.diagonal).any():
+            raise GeometryError("object.centre_of_mass lies outside the shape")
         return body, np.array(model.object.inertia)
     if model.object.shape.box is None:
         body, _ = at_centre_of_mass(body)
     return body, mass_properties(body, mass).inertia
-
-
-def _check_centre(body: Body) -> None:
-    """Raise unless the centre of mass, the origin, lies in the body's convex hull."""
-    whole = whole_hull(body)
-    if (whole.face_offsets < -1e-9 * body.diagonal).any():
-        raise GeometryError("object.centre_of_mass lies outside the shape")
 
 
 def _obstacles(model: ScenarioModel, notes: Notes) -> tuple[Obstacle, ...]:
