@@ -42,6 +42,12 @@ def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Arra
     return array
 
 
+def fix(frozen: object, **shapes: Sequence[int | None]) -> None:
+    """Make fields of a frozen dataclass read-only arrays of these shapes; see ``read_only``."""
+    for name, shape in shapes.items():
+        object.__setattr__(frozen, name, read_only(getattr(frozen, name), shape, name))
+
+
 def _is_fixed(values: ArrayLike) -> TypeGuard[Array]:
     return (
         type(values) is np.ndarray

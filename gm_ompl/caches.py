@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, TypeVar, final
 
 MOST_BYTES: Final = 100_000_000
@@ -30,6 +31,13 @@ class Memo(dict[Key, Value]):
     def __init__(self, each: int) -> None:
         super().__init__()
         self._most = kept(each)
+
+    def of(self, key: Key, make: Callable[[], Value]) -> Value:
+        """Return the value of ``key``, made where it is not known."""
+        known = self.get(key)
+        if known is None:
+            known = self[key] = make()
+        return known
 
     def __setitem__(self, key: Key, value: Value) -> None:
         if len(self) >= self._most:

@@ -8,18 +8,16 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gm_ompl.arrays import Array, read_only
+from gm_ompl.arrays import Array, fix
 from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.environment import Environment
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
-from gm_ompl.motion.lattice_graph import LatticeGraph
-from gm_ompl.motion.motion import Motion
-from gm_ompl.motion.object_graph import ObjectGraph
+from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
@@ -47,13 +45,18 @@ class Fingers:
 
     def __post_init__(self) -> None:
         n = len(self.start)
-        for name in ("radius", "max_normal_force", "friction"):
-            object.__setattr__(self, name, read_only(getattr(self, name), (n,), name))
+        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,))
 
     @property
     def count(self) -> int:
         """Number of fingers n."""
         return len(self.start)
+
+    def centres(self, placements: Placements) -> Array:
+        """Return the fingertips' centres (n, 3), object frame, one row per finger."""
+        table, rows = self.placements, list(placements)
+        outward: Array = table.points[rows] - self.radius[:, None] * table.normals[rows]
+        return outward
 
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
@@ -68,34 +71,6 @@ class Fingers:
             )  # fmt: skip
             groups.setdefault(key, []).append(i)
         return tuple(tuple(group) for group in groups.values())
-
-
-@dataclass(frozen=True)
-class Obstacle:
-    """A fixed body of the environment, world frame."""
-
-    name: str
-    body: Body
-
-
-@dataclass(frozen=True)
-class Environment:
-    """What carries part of the object's weight and stands in the way.
-
-    Attributes:
-        floor: whether the half space z < 0 is solid.
-        obstacles: fixed bodies, world frame.
-        friction: Coulomb coefficient of every environment contact.
-        patch_points: how finely a contact patch is filled with points while the object turns.
-        contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
-            contact.
-    """
-
-    floor: bool
-    obstacles: tuple[Obstacle, ...]
-    friction: float
-    patch_points: int = 0
-    contact_tolerance: float = TOUCHING
 
 
 @dataclass(frozen=True)
@@ -163,7 +138,7 @@ class Problem:
     cost: CostSettings = field(default_factory=CostSettings)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
+        fix(self, inertia=(3, 3))
 
     @cached_property
     def object_graph(self) -> ObjectGraph:

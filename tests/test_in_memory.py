@@ -103,9 +103,9 @@ def test_numpy_numbers_are_seeds_and_limits(cost: float) -> None:
         TREE,
         "HybridRRT",
         max_iterations=1,
-        parameters={"lean": np.float32(0.25), "batch": np.int64(64)},
+        parameters={"placement_bias": np.float32(0.25), "batch": np.int64(64)},
     )
-    assert (found.parameters["lean"], found.parameters["batch"]) == (0.25, 64)
+    assert (found.parameters["placement_bias"], found.parameters["batch"]) == (0.25, 64)
 
 
 def test_judge_takes_numpy() -> None:

@@ -92,7 +92,7 @@ def _normals(node: Any, found: Inspection) -> None:
     lines = []
     for name, face in found.faces:
         if name in found.offered:
-            middle = face.region().triangles[0].mean(axis=0)
+            middle = face.region.triangles[0].mean(axis=0)
             lines.append([middle, middle + 0.1 * found.body.diagonal * face.normal])
     if lines:
         draw_solid(node, np.zeros((0, 3, 3)), np.array(lines), palette.EDGE, 1.0)

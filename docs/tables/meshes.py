@@ -131,7 +131,7 @@ def _planned(found: Inspection) -> float | None:
         for key in ("vertices", "hull"):
             if key in part:
                 part[key] = (np.array(part[key]) @ turn.T).tolist()
-    areas = np.array([face.region().area for _, face in found.faces])
+    areas = np.array([face.region.area for _, face in found.faces])
     largest = float(areas.max() / areas.sum())
     tree = {
         "format": "gm-ompl-scenario/1", "name": "mesh", "object": {"shape": shape, "mass": 0.2},

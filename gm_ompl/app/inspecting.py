@@ -58,7 +58,7 @@ def lines(found: Inspection) -> Iterator[str]:
         f"{size / sum(sizes):.1%} of the volume"
         for k, (piece, size) in enumerate(zip(body.pieces, sizes, strict=True))
     ])  # fmt: skip
-    areas = {name: face.region().area for name, face in found.faces}
+    areas = {name: face.region.area for name, face in found.faces}
     offered = [(name, face) for name, face in found.faces if name in found.offered]
     yield from _listed("faces", f"{len(areas)}; {len(offered)} of them offered to fingers", [
         f"{name}: {direction(face.normal)}, {areas[name] / sum(areas.values()):.1%} of the surface"

@@ -15,15 +15,6 @@ MAX_TURNS = 1e4
 """A coordinate that wraps may be unwrapped this far; beyond, rounding would blur it."""
 
 
-def extents(problem: Problem) -> tuple[float, ...]:
-    """Return each coordinate's range (its period, where it wraps): what "relative" refers to."""
-    motion = problem.motion
-    return tuple(
-        period or (high - low) or 1.0
-        for low, high, period in zip(motion.low, motion.high, motion.periods, strict=True)
-    )
-
-
 def gap(problem: Problem, a: Sequence[float], b: Sequence[float]) -> float:
     """Return the largest difference between ``a`` and ``b``, each over its coordinate's range.
 
@@ -33,7 +24,9 @@ def gap(problem: Problem, a: Sequence[float], b: Sequence[float]) -> float:
     if len(a) != len(b):
         return math.inf
     worst = 0.0
-    for u, v, extent, period in zip(a, b, extents(problem), problem.motion.periods, strict=True):
+    for u, v, extent, period in zip(
+        a, b, problem.motion.extents, problem.motion.periods, strict=True
+    ):
         difference = u - v
         if period is not None:
             difference = math.remainder(difference, period)
@@ -48,7 +41,7 @@ def outside(problem: Problem, q: Sequence[float]) -> float:
     """
     motion, worst = problem.motion, 0.0
     for value, low, high, extent, period in zip(
-        q, motion.low, motion.high, extents(problem), motion.periods, strict=True
+        q, motion.low, motion.high, problem.motion.extents, motion.periods, strict=True
     ):
         if period is None:
             worst = max(worst, (low - value) / extent, (value - high) / extent)
@@ -63,7 +56,7 @@ def in_goal(problem: Problem, q: Sequence[float], tolerance: float) -> bool:
     return all(
         Goal((low,), (high,), (period,)).contains((value,), tolerance * extent)
         for value, low, high, period, extent in zip(
-            q, goal.low, goal.high, goal.periods, extents(problem), strict=True
+            q, goal.low, goal.high, goal.periods, problem.motion.extents, strict=True
         )
     )
 
@@ -73,7 +66,7 @@ def crossed(
 ) -> float | None:
     """Return a piece boundary strictly between ``start`` and ``end``, or None."""
     for u, v, extent, values in zip(
-        start, end, extents(problem), problem.motion.breakpoints, strict=True
+        start, end, problem.motion.extents, problem.motion.breakpoints, strict=True
     ):
         margin = tolerance * extent
         for value in values:

@@ -1,9 +1,111 @@
-"""Judges the mechanics of one instant: modes, commanded forces and the stability margin."""
+"""Judges one instant: poses and placements, modes, commanded forces and the stability margin."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from gm_ompl.checking.coordinates import outside
 from gm_ompl.checking.recheck import Hold, Recheck
-from gm_ompl.checking.report import Findings
+from gm_ompl.checking.report import Findings, listed
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.planfile.model import PlacementRecord
+from gm_ompl.planfile.record import PoseRecord
+from gm_ompl.problem import Placements
+
+
+def check_coordinates(recheck: Recheck, name: str, q: Sequence[float], found: Findings) -> bool:
+    """Judge how many coordinates there are and their bounds; return whether both hold."""
+    motion = recheck.problem.motion
+    if not found.check(
+        "coordinates",
+        len(q) == motion.dimension,
+        f"'{name}' has {len(q)} coordinates; the motion has {motion.dimension} "
+        f"({', '.join(motion.names)})",
+    ):
+        return False
+    off = outside(recheck.problem, q)
+    return found.check(
+        "coordinates",
+        off <= recheck.tolerances.coordinate,
+        f"'{name}' {list(q)} is out of bounds {list(motion.low)} to {list(motion.high)} by "
+        f"{off:.3g} of the range",
+    )
+
+
+def check_pose(
+    recheck: Recheck, name: str, claimed: PoseRecord, pose: Pose, found: Findings
+) -> None:
+    """Judge whether ``claimed`` is the motion's ``pose``."""
+    tolerances = recheck.tolerances
+    # Positions far from the origin carry the rounding of their own size.
+    allowed = tolerances.length * max(recheck.diagonal, float(np.abs(pose.position).max()))
+    values = (claimed.position, pose.position)
+    found.claim("pose", f"{name}.position", values, allowed, where="at these coordinates")
+    length = float(np.linalg.norm(claimed.quaternion))
+    unit = found.check(
+        "pose",
+        abs(length - 1.0) <= tolerances.direction,
+        f"{name}.quaternion {listed(claimed.quaternion)} has length {length:.9g}, not 1",
+    )
+    if unit:
+        turned = Pose.from_quaternion(claimed.position, claimed.quaternion)
+        off = float(np.abs(turned.rotation - pose.rotation).max())
+        found.check(
+            "pose",
+            off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
+            f"{name}.quaternion {listed(claimed.quaternion)} is claimed; at these coordinates "
+            f"it is {listed(pose.quaternion())} (rotation off by {off:.3g})",
+        )
+
+
+def check_placements(
+    recheck: Recheck, claimed: Sequence[PlacementRecord], found: Findings
+) -> Placements | None:
+    """Judge a whole hand's placements; return their rows in the table, None if one has none."""
+    count = recheck.problem.fingers.count
+    if not found.check(
+        "placements",
+        len(claimed) == count,
+        f"{len(claimed)} placements are listed; the hand has {count} fingers",
+    ):
+        return None
+    rows = [
+        check_placement(recheck, f"placements[{finger}]", record, found)
+        for finger, record in enumerate(claimed)
+    ]
+    known = tuple(row for row in rows if row is not None)
+    return known if len(known) == count else None
+
+
+def check_placement(
+    recheck: Recheck, name: str, claimed: PlacementRecord, found: Findings
+) -> int | None:
+    """Judge one placement; return its row in the table, or None if it is not in it."""
+    tolerances, table = recheck.tolerances, recheck.problem.fingers.placements
+    row = table.find(claimed.face, claimed.cell)
+    if not found.check(
+        "placements",
+        row is not None,
+        f"{name} is on face {claimed.face}, cell {list(claimed.cell)}; the scenario's fingers "
+        f"may be placed on faces {', '.join(table.labels)}, and there is no such cell among them",
+    ):
+        return None
+    for what, have, want, allowed in (
+        ("point", claimed.point, table.points[row], tolerances.length * recheck.diagonal),
+        ("normal", claimed.normal, table.normals[row], tolerances.direction),
+    ):
+        where = f"on face {claimed.face}, cell {list(claimed.cell)}"
+        found.claim("placements", f"{name}.{what}", (have, want), allowed, where=where)
+    return row
+
+
+def named(recheck: Recheck, row: int) -> str:
+    """Return ``+x:3,2`` for a row of the placement table."""
+    table = recheck.problem.fingers.placements
+    i, j = table.cell[row]
+    return f"{table.labels[int(table.face[row])]}:{i},{j}"
 
 
 def check_hold(recheck: Recheck, hold: Hold, found: Findings) -> None:
@@ -32,9 +134,9 @@ def _check_forces(recheck: Recheck, hold: Hold, found: Findings) -> bool:
         limit = float(limits[finger])
         wrong = ""
         if (force is None) != (mode.value == "position"):
-            wrong = (
-                f"f_com of finger {finger} is {_number(force)}; under {mode.value} control it is "
-                + ("null" if mode.value == "position" else f"a number from 0 to {limit:.9g}")
+            have = "null" if force is None else f"{force:.9g}"
+            wrong = f"f_com of finger {finger} is {have}; under {mode.value} control it is " + (
+                "null" if mode.value == "position" else f"a number from 0 to {limit:.9g}"
             )
         elif force is not None:
             slack = recheck.tolerances.force * limit
@@ -56,13 +158,8 @@ def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
 
     z = recheck.margin(hold)
     found.margin(z)
-    found.check(
-        "z",
-        abs(hold.z - z) <= slack(z),
-        f"z = {hold.z:.9g} is claimed; with these modes and this f_com it is {z:.9g} "
-        f"(off by {abs(hold.z - z):.3g}, allowed {slack(z):.3g})",
-        hold.segment,
-    )
+    where = "with these modes and this f_com"
+    found.claim("z", "z =", (hold.z, z), slack(z), where=where, segment=hold.segment)
     best = z if recheck.unbeaten(hold, z + slack(z)) else recheck.best(hold).z
     found.check(
         "best modes",
@@ -78,7 +175,3 @@ def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
         f"z is {least:.9g}, below z_min = {z_min:.9g} by {z_min - least:.3g}",
         hold.segment,
     )
-
-
-def _number(force: float | None) -> str:
-    return "null" if force is None else f"{force:.9g}"

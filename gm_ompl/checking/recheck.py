@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import BoolArray
 from gm_ompl.checking.remembered import Margins, Remembered, bound
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
@@ -135,7 +135,7 @@ class Recheck:
         fingers = self.problem.fingers
         if not self._scene.object_free(pose):
             return "the object penetrates its environment"
-        centres, pieces = self.centres(rows), fingers.placements.piece[list(rows)]
+        centres, pieces = fingers.centres(rows), fingers.placements.piece[list(rows)]
         for i in range(len(rows)):
             tip, own = centres[i : i + 1], pieces[i : i + 1]
             if not self._scene.free_placements(pose, tip, fingers.radius[i], own)[0]:
@@ -158,19 +158,11 @@ class Recheck:
         at = self._swept.object_blocked(arc)
         if at is not None:
             return f"the object penetrates its environment {at:.1%} along the arc"
-        for i, centre in enumerate(self.centres(rows)):
+        for i, centre in enumerate(self.problem.fingers.centres(rows)):
             at = self._swept.tip_blocked(arc, centre, float(self.problem.fingers.radius[i]))
             if at is not None:
                 return f"the fingertip of finger {i} penetrates floor or obstacle {at:.1%} along it"
         return None
-
-    def centres(self, placements: Placements) -> Array:
-        """Return the fingertip centres (n, 3), object frame, one row per finger."""
-        fingers = self.problem.fingers
-        rows = np.asarray(placements, dtype=np.int64)
-        table = fingers.placements
-        outward: Array = table.points[rows] - fingers.radius[:, None] * table.normals[rows]
-        return outward
 
     def best(self, hold: Hold) -> ModeDecision:
         """Return Sec. 3.4's best for the fingers of ``hold`` where they are."""

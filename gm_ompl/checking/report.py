@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from gm_ompl.arrays import Array
 from gm_ompl.writing import plain
+
+Numbers: TypeAlias = float | Sequence[float] | Array
 
 
 @dataclass(frozen=True)
@@ -146,6 +151,31 @@ class Findings:
             self.violations.append(Violation(self.step, segment, topic, message))
         return holds
 
+    def claim(
+        self,
+        topic: str,
+        what: str,
+        values: tuple[Numbers, Numbers],
+        allowed: float,
+        *,
+        where: str,
+        segment: int | None = None,
+    ) -> bool:
+        """Judge numbers that the plan claims by those that hold.
+
+        Args:
+            topic: what kind of claim.
+            what: the name of the value.
+            values: what is claimed, and what holds.
+            allowed: by how much they may differ.
+            where: what makes the second hold, before "it is".
+            segment: number of the segment, if any.
+        """
+        off = float(np.abs(np.subtract(*values)).max())
+        have, want = map(listed, values)
+        message = f"{what} {have} is claimed; {where} it is {want} (off by {off:.3g}, allowed "
+        return self.check(topic, off <= allowed, f"{message}{allowed:.3g})", segment)
+
     def margin(self, z: float) -> None:
         """Note a recomputed margin."""
         self.z = z if self.z is None else min(self.z, z)
@@ -164,6 +194,8 @@ class Findings:
         )
 
 
-def listed(values: Iterable[float]) -> str:
-    """Return numbers as a plan file's list."""
+def listed(values: Numbers) -> str:
+    """Return a number, or numbers as a plan file's list."""
+    if isinstance(values, (int, float)):
+        return f"{values:.9g}"
     return "[" + ", ".join(f"{float(value):.9g}" for value in values) + "]"

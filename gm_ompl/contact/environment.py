@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from gm_ompl.arrays import Array, read_only
-from gm_ompl.contact.patch import Patch, contact_patch
-from gm_ompl.contact.patches import SAME_NORMAL, joined, points_inside
+from gm_ompl.arrays import Array, fix
+from gm_ompl.contact.patch import SAME_NORMAL, Patch, contact_patch, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.geometry.separation import PlacedPiece
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.separation import TOUCHING, PlacedPiece
+from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.arc import Moment
 
 AT_REST = 1e-9
@@ -27,32 +25,32 @@ FEW = 32
 UP = np.array([0.0, 0.0, 1.0])
 
 
-class SolidBody(Protocol):
-    """Whatever has a body; an ``Obstacle``."""
+@dataclass(frozen=True)
+class Obstacle:
+    """A fixed body of the environment, world frame."""
 
-    @property
-    def body(self) -> Body:
-        """Its shape, world frame."""
+    name: str
+    body: Body
 
 
-class Surroundings(Protocol):
-    """What the object can touch; an ``Environment``."""
+@dataclass(frozen=True)
+class Environment:
+    """What carries part of the object's weight and stands in the way.
 
-    @property
-    def floor(self) -> bool:
-        """Whether the half space z < 0 is solid."""
+    Attributes:
+        floor: whether the half space z < 0 is solid.
+        obstacles: fixed bodies, world frame.
+        friction: Coulomb coefficient of every environment contact.
+        patch_points: how finely a contact patch is filled with points while the object turns.
+        contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
+            contact.
+    """
 
-    @property
-    def obstacles(self) -> Sequence[SolidBody]:
-        """Fixed bodies, world frame."""
-
-    @property
-    def patch_points(self) -> int:
-        """How finely contact patches are filled with points while the object turns on them."""
-
-    @property
-    def contact_tolerance(self) -> float:
-        """A gap or overlap of at most this, relative to D, is a contact."""
+    floor: bool
+    obstacles: tuple[Obstacle, ...]
+    friction: float
+    patch_points: int = 0
+    contact_tolerance: float = TOUCHING
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +68,11 @@ class EnvironmentContacts:
     corners: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
-        shape = (len(self.points), 3)
-        object.__setattr__(self, "normals", read_only(self.normals, shape, "normals"))
+        fix(self, points=(None, 3))
+        fix(self, normals=(len(self.points), 3))
 
 
-def environment_contacts(body: Body, environment: Surroundings, pose: Pose) -> EnvironmentContacts:
+def environment_contacts(body: Body, environment: Environment, pose: Pose) -> EnvironmentContacts:
     """Return the vertices of every contact patch between the object and its environment.
 
     The floor's come first, then each obstacle's in turn; per patch in cyclic order; then the
@@ -108,9 +105,7 @@ def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
     return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
 
 
-def _patches(
-    body: Body, environment: Surroundings, pose: Pose, tolerance: float
-) -> Iterator[Patch]:
+def _patches(body: Body, environment: Environment, pose: Pose, tolerance: float) -> Iterator[Patch]:
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
     if environment.floor:
         feet = [_floor_patch(piece, tolerance) for piece in pieces]
@@ -122,7 +117,10 @@ def _patches(
         found = []
         for other in obstacle.body.pieces:
             for piece, (low, high) in zip(pieces, reaches, strict=True):
-                if _apart(other, low, high, tolerance):
+                least, most = other.bounds
+                if any(
+                    high[k] + tolerance < least[k] or most[k] + tolerance < low[k] for k in range(3)
+                ):
                     continue
                 patch = contact_patch(piece, PlacedPiece(other), tolerance)
                 if patch is not None:
@@ -138,12 +136,6 @@ def _floor_patch(piece: PlacedPiece, tolerance: float) -> Patch | None:
     corners = convex_hull([(x, y) for x, y, _ in feet.tolist()], tolerance)
     # In the order of the vertices: where the cycle begins would hang on rounding.
     return Patch(feet[sorted(corners)], UP)
-
-
-def _apart(other: ConvexPiece, low: list[float], high: list[float], tolerance: float) -> bool:
-    """Whether bounding boxes alone show a gap wider than ``tolerance``."""
-    least, greatest = other.bounds
-    return any(high[k] + tolerance < least[k] or greatest[k] + tolerance < low[k] for k in range(3))
 
 
 def _distinct(points: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:
@@ -198,7 +190,7 @@ def contact_state(
     return ContactState(pose.to_object(world), upright @ pose.rotation, slip, pose.rotation)
 
 
-def contacts_at(moment: Moment, body: Body, environment: Surroundings) -> ContactState:
+def contacts_at(moment: Moment, body: Body, environment: Environment) -> ContactState:
     """Return the contacts of the object with its environment at one instant of its motion."""
     touching = environment_contacts(body, environment, moment.pose)
     return contact_state(touching, moment.pose, moment.twist, body)

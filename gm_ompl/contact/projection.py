@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gm_ompl.arrays import Array, cross
-from gm_ompl.contact.environment import UP, Surroundings
+from gm_ompl.contact.environment import UP, Environment
 from gm_ompl.contact.patch import Patch, contact_patch
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import PlacedPiece
@@ -41,7 +41,7 @@ UPRIGHT_WAYS = np.eye(6)[[2, 3, 4]]
 
 
 def projected(
-    body: Body, environment: Surroundings, pose: Pose, spread: Array, ways: Array = ANY_WAY
+    body: Body, environment: Environment, pose: Pose, spread: Array, ways: Array = ANY_WAY
 ) -> Pose:
     """Return the pose nearest to ``pose`` whose gaps are zero, to rounding.
 
@@ -65,18 +65,15 @@ def projected(
         arms = points - pose.position
         rates = np.concatenate([normals, cross(arms, normals)], axis=1)
         corners = body.vertices @ pose.rotation.T
-        step = _step(rates, gaps, _metric(pose, spread), ways, (corners, farthest))
-        pose = _moved(pose, step)
+        metric = np.eye(6)  # of the norm of displacements, world frame
+        metric[3:, 3:] = pose.rotation @ spread @ pose.rotation.T
+        step = _step(rates, gaps, metric, ways, (corners, farthest))
+        angle = float(np.linalg.norm(step[3:]))
+        turned = pose.turned(pose.position, step[3:], angle) if angle > 0.0 else pose
+        pose = Pose(turned.rotation, turned.position + step[:3])
         if _motion(corners, step) <= CONVERGED * D:
             break
     return pose
-
-
-def _metric(pose: Pose, spread: Array) -> Array:
-    """Return the (6, 6) matrix of the norm of displacements, world frame."""
-    metric = np.eye(6)
-    metric[3:, 3:] = pose.rotation @ spread @ pose.rotation.T
-    return metric
 
 
 def _step(
@@ -104,14 +101,7 @@ def _motion(corners: Array, step: Array) -> float:
     return float(np.sqrt(np.einsum("ij,ij->i", ways, ways).max()))
 
 
-def _moved(pose: Pose, step: Array) -> Pose:
-    angle = float(np.linalg.norm(step[3:]))
-    if angle > 0.0:
-        pose = pose.turned(pose.position, step[3:], angle)
-    return Pose(pose.rotation, pose.position + step[:3])
-
-
-def _gaps(body: Body, environment: Surroundings, pose: Pose) -> tuple[Array, Array, Array]:
+def _gaps(body: Body, environment: Environment, pose: Pose) -> tuple[Array, Array, Array]:
     """Return points (m, 3), normals (m, 3) into the object and gaps (m,) of what it touches."""
     found = list(_touching(body, environment, pose))
     if not found:
@@ -121,7 +111,7 @@ def _gaps(body: Body, environment: Surroundings, pose: Pose) -> tuple[Array, Arr
 
 
 def _touching(
-    body: Body, environment: Surroundings, pose: Pose
+    body: Body, environment: Environment, pose: Pose
 ) -> Iterator[tuple[Array, Array, Array]]:
     tolerance = environment.contact_tolerance * body.diagonal
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
@@ -134,15 +124,11 @@ def _touching(
     for obstacle in environment.obstacles:
         for other in map(PlacedPiece, obstacle.body.pieces):
             for piece in pieces:
-                if _near(piece, other, tolerance):
+                (low, high), (least, most) = piece.bounds, other.bounds
+                if (low <= most + tolerance).all() and (least <= high + tolerance).all():
                     patch = contact_patch(piece, other, tolerance)
                     if patch is not None:
                         yield _widths(piece, other, patch, tolerance)
-
-
-def _near(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> bool:
-    (low, high), (least, most) = a.bounds, b.bounds
-    return bool((low <= most + tolerance).all() and (least <= high + tolerance).all())
 
 
 def _widths(

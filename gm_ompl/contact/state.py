@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gm_ompl.arrays import Array, read_only
+from gm_ompl.arrays import Array, fix
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +26,7 @@ class ContactState:
     rotation: Array
 
     def __post_init__(self) -> None:
-        for name in ("points", "normals", "slip"):
-            object.__setattr__(self, name, read_only(getattr(self, name), (None, 3), name))
-        object.__setattr__(self, "rotation", read_only(self.rotation, (3, 3), "rotation"))
+        fix(self, points=(None, 3), normals=(None, 3), slip=(None, 3), rotation=(3, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +58,9 @@ class Instant:
     cone_edges: int = 6
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
+        fix(self, points=(None, 3), inertia=(3, 3))
         n = len(self.points)
-        object.__setattr__(self, "normals", read_only(self.normals, (n, 3), "normals"))
-        object.__setattr__(self, "friction", read_only(self.friction, (n,), "friction"))
-        limits = read_only(self.max_normal_force, (n,), "max_normal_force")
-        object.__setattr__(self, "max_normal_force", limits)
-        object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
+        fix(self, normals=(n, 3), friction=(n,), max_normal_force=(n,))
 
     @property
     def force_scale(self) -> float:

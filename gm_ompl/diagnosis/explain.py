@@ -8,12 +8,11 @@ from typing import final
 import numpy as np
 
 from gm_ompl.diagnosis import remedies
-from gm_ompl.diagnosis.instants import Explainer
+from gm_ompl.diagnosis.instants import Explainer, contact_lines
 from gm_ompl.diagnosis.limits import Deadline
 from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import finer, sampled, search
 from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
-from gm_ompl.diagnosis.touching import contacts_at
 from gm_ompl.diagnosis.values import (
     SECONDS,
     Attempt,
@@ -121,6 +120,7 @@ class _Explaining:
         if line.holds:
             return self._made("these placements hold from start to goal", placements=line)
         failure = line.forward or line.backward
+        tried = remedies.for_placements(self._problem, placements, line, self._deadline)
         why = "the goal is not reached" if failure is None else failure.finding.value
         if line.cut_short:
             why = "the goal was not reached in the time or among the nodes visited"
@@ -128,17 +128,11 @@ class _Explaining:
             f"these placements {'are not known to' if line.cut_short else 'do not'} hold from "
             f"start to goal: {why}",
             placements=line,
-            remedies=self._for_placements(placements, line),
+            remedies=tuple(tried) if self._searching else (),
         )
 
-    def _for_placements(self, placements: Placements, line: SetLine) -> tuple[Remedy, ...]:
-        if not self._searching:
-            return ()
-        tried = remedies.for_placements(self._problem, placements, line, self._deadline)
-        return tuple(tried)
-
     def _contacts(self, at: Coordinates) -> tuple[ContactLine, ...]:
-        return contacts_at(self._problem, at, self._directions(at))
+        return contact_lines(self._problem, at, self._directions(at))
 
     def _at(self, at: Coordinates) -> Explanation:
         none = (None,) * self._problem.fingers.count
@@ -176,7 +170,9 @@ class _Explaining:
         )
 
     def _everywhere(self) -> Explanation:
-        status = self._search()
+        status = None
+        if self._searching:
+            status = search(self._problem, self._deadline.part(0.3, SECONDS).left())
         open_ = status not in (None, Status.SOLVED)
         attempts = self._attempts(status) if status is not None and open_ else ()
         share = 0.25 if open_ else 0.45
@@ -197,11 +193,6 @@ class _Explaining:
             surveys=surveys,
             remedies=tried,
         )
-
-    def _search(self) -> Status | None:
-        if not self._searching:
-            return None
-        return search(self._problem, self._deadline.part(0.3, SECONDS).left())
 
     def _attempts(self, lattice: Status) -> tuple[Attempt, ...]:
         if not self._problem.fingers.count:

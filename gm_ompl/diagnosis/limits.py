@@ -87,16 +87,13 @@ class Knob:
     def at(self, factor: float) -> Array:
         """Return the values ``factor`` times more generous, as they can be written."""
         base = np.where(self.values > 0.0, self.values, FROM_ZERO)
-        return np.array([_written(v * factor if self.up else v / factor) for v in base])
+        wanted = base * factor if self.up else base / factor
+        return np.array([float(f"{value:.3g}") for value in wanted.tolist()])
 
     def shown(self, values: Array) -> str:
         """Return values as in a scenario: one number where they are equal."""
         texts = [f"{value:.6g}" for value in values.tolist()]
         return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"
-
-
-def _written(value: float) -> float:
-    return float(f"{value:.3g}")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
-from typing import Any, final
+from typing import Any
 
 import numpy as np
 
@@ -32,22 +32,6 @@ LEAST_SECONDS = 0.01
 """A search's budget must be more than nothing."""
 
 
-@final
-class _Seen:
-    """Hears of a search's progress; any plan is enough."""
-
-    def __init__(self) -> None:
-        self._planned = False
-
-    def __call__(self, progress: Progress) -> None:
-        """Take note of an event."""
-        self._planned = self._planned or progress.cost is not None
-
-    def planned(self) -> bool:
-        """Whether a plan is known."""
-        return self._planned
-
-
 def search(
     problem: Problem,
     seconds: float,
@@ -61,10 +45,15 @@ def search(
         InputError: the start or the goal is off the lattice.
         KeyboardInterrupt: it was interrupted.
     """
-    judge, seen = Judge(problem, make_backend(problem)), _Seen()
-    limits = Budget(max(seconds, LEAST_SECONDS), max_iterations, stop=seen.planned)
+    judge, plans = Judge(problem, make_backend(problem)), list[float]()
+
+    def heed(progress: Progress) -> None:
+        if progress.cost is not None:
+            plans.append(progress.cost)
+
+    limits = Budget(max(seconds, LEAST_SECONDS), max_iterations, stop=lambda: bool(plans))
     rng = np.random.default_rng(seed)
-    status = make_planner(planner).solve(problem, judge, limits, rng, seen).status
+    status = make_planner(planner).solve(problem, judge, limits, rng, heed).status
     if status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return status
@@ -142,19 +131,15 @@ def for_placements(
         return
 
     def holds(changed: Problem, seconds: float) -> Answer:
-        return _kept(changed, placements, Deadline(seconds))
+        judge = Judge(changed, make_backend(changed))
+        explainer = Explainer(changed, judge, Deadline(seconds).passed)
+        region = Region(explainer, placements, backwards=False)
+        if region.arrived:
+            return Answer.YES
+        return Answer.UNKNOWN if region.cut_short else Answer.NO
 
     today = Answer.UNKNOWN if line.cut_short else Answer.NO
     yield from _turned(problem, holds, KEPT, today, deadline)
-
-
-def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answer:
-    """Whether placements hold from start to goal."""
-    explainer = Explainer(problem, Judge(problem, make_backend(problem)), deadline.passed)
-    region = Region(explainer, placements, backwards=False)
-    if region.arrived:
-        return Answer.YES
-    return Answer.UNKNOWN if region.cut_short else Answer.NO
 
 
 def for_scenario(

@@ -1,12 +1,50 @@
-"""The back ends by name."""
+"""The one interface behind which a mode decision is made, and the back ends by name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
+from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.state import ContactState
 from gm_ompl.errors import InputError, did_you_mean
-from gm_ompl.feasibility.backend import Backend
-from gm_ompl.problem import Problem
+from gm_ompl.problem import Placements, Problem
+
+
+class Backend(Protocol):
+    """Decides Sec. 3.4 for placements of one problem.
+
+    Attributes:
+        decisions: mode decisions computed so far; answers from the memo are not counted.
+        fallbacks: those among them that another back end had to make.
+    """
+
+    decisions: int
+    fallbacks: int
+
+    def environment(self, contacts: ContactState) -> int:
+        """Register a contact state; equal states get the same number."""
+
+    def decide(
+        self,
+        environment: int,
+        fingers: tuple[int, ...],
+        placements: Placements,
+        below: float = 0.0,
+    ) -> ModeDecision:
+        """Return the best modes for ``fingers`` at ``placements`` (same length).
+
+        Where z is proven smaller than ``below``, the outcome may be BELOW with a bound on z.
+        """
+
+    def bound(self, environment: int, fingers: tuple[int, ...], placements: Placements) -> float:
+        """Return an upper bound on z of ``decide``, cheaply; +inf where nothing is known.
+
+        Bounds only fall as decisions are made.
+        """
+
+    def forget(self) -> None:
+        """Empty every memo (for measurements)."""
 
 
 def _kernel(problem: Problem) -> Backend:

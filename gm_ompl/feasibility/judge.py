@@ -20,8 +20,8 @@ from gm_ompl.contact.environment import (
     contact_state,
     environment_contacts,
 )
-from gm_ompl.feasibility.backend import Backend
-from gm_ompl.feasibility.pose_class import PoseClass, PoseClasses
+from gm_ompl.feasibility.backends import Backend
+from gm_ompl.feasibility.keys import PoseClass, PoseClasses
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
@@ -70,9 +70,9 @@ class Judge:
         self.configurations = 0
         environment = problem.environment
         obstacles = [o.body for o in environment.obstacles]
-        around = obstacles, environment.floor, environment.contact_tolerance
-        self._scene = Scene(problem.body, *around)
-        self._swept = SweptScene(problem.body, *around)
+        touching = environment.contact_tolerance
+        self._scene = Scene(problem.body, obstacles, environment.floor, touching)
+        self._swept = SweptScene(self._scene)
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
@@ -106,26 +106,18 @@ class Judge:
 
     def node(self, pose: Pose) -> NodeGeometry:
         """Return what geometry says at ``pose``."""
-        known = self._nodes.get(pose.key)
-        if known is None:
-            self.configurations += 1
-            pose_class = self._pose_classes.of(pose)
-            if pose_class is not None:
-                known = self._nodes.get(pose_class)
-            if known is None:
-                known = self._geometry(pose)
-                if pose_class is not None:
-                    self._nodes[pose_class] = known
-            self._nodes[pose.key] = known
-        return known
+        return self._nodes.of(pose.key, lambda: self._node(pose))
+
+    def _node(self, pose: Pose) -> NodeGeometry:
+        self.configurations += 1
+        pose_class = self._pose_classes.of(pose)
+        if pose_class is None:
+            return self._geometry(pose)
+        return self._nodes.of(pose_class, lambda: self._geometry(pose))
 
     def along(self, arc: Arc) -> NodeGeometry:
         """Return what geometry says everywhere along ``arc``, its ends included."""
-        known = self._arcs.get(arc.key)
-        if known is None:
-            known = self._along(arc)
-            self._arcs[arc.key] = known
-        return known
+        return self._arcs.of(arc.key, lambda: self._along(arc))
 
     def _along(self, arc: Arc) -> NodeGeometry:
         sweeps, start = arc.sweeps, self.node(arc.start)
@@ -179,34 +171,21 @@ class Judge:
 
         At rest all contacts are static.
         """
-        known = self._environments.get(moment.key)
-        if known is None:
-            known = self._contact_state(moment)
-            self._environments[moment.key] = known
-        return known
+        return self._environments.of(moment.key, lambda: self._contact_state(moment))
 
     def _contact_state(self, moment: Moment) -> int:
         pose_class = self._pose_classes.of(moment.pose)
         if pose_class is None:
             return self._register(moment)
         moving = None if moment.twist is None else moment.twist.direction
-        known = self._environments.get((pose_class, moving))
-        if known is None:
-            known = self._register(moment)
-            self._environments[(pose_class, moving)] = known
-        return known
+        return self._environments.of((pose_class, moving), lambda: self._register(moment))
 
     def _register(self, moment: Moment) -> int:
-        contacts, body = self._contacts(moment.pose), self.problem.body
-        return self.backend.environment(contact_state(contacts, moment.pose, moment.twist, body))
-
-    def _contacts(self, pose: Pose) -> EnvironmentContacts:
-        """Return where the object touches at ``pose``, whichever way it moves."""
-        known = self._touching.get(pose.key)
-        if known is None:
-            known = environment_contacts(self.problem.body, self.problem.environment, pose)
-            self._touching[pose.key] = known
-        return known
+        pose, body = moment.pose, self.problem.body
+        contacts = self._touching.of(
+            pose.key, lambda: environment_contacts(body, self.problem.environment, pose)
+        )
+        return self.backend.environment(contact_state(contacts, pose, moment.twist, body))
 
     def segment(self, moment: Moment, placements: Placements, below: float = 0.0) -> Verdict:
         """Judge an instant, in motion or at rest: geometry there, then z >= z_min.

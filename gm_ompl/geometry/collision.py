@@ -50,32 +50,36 @@ class Scene:
         obstacles: fixed bodies, world frame.
         floor: whether the half space z < 0 is solid.
         touching: how deep object and environment may overlap, relative to D.
+
+    Attributes:
+        obstacles: their pieces.
+        depth: how deep object and environment may overlap.
     """
 
     def __init__(
         self, body: Body, obstacles: Sequence[Body], floor: bool, touching: float = TOUCHING
     ) -> None:
-        self._body, self._floor = body, floor
+        self.body, self.floor = body, floor
         self._D = body.diagonal
         self._scale = UNIT / self._D
-        self._depth = touching * self._D
+        self.depth = touching * self._D
         clear = max(CLEAR, FAR * touching)
-        self._obstacles = [piece for other in obstacles for piece in other.pieces]
-        self._low = np.array([piece.bounds[0] for piece in self._obstacles]).reshape(-1, 3)
-        self._high = np.array([piece.bounds[1] for piece in self._obstacles]).reshape(-1, 3)
-        self._models = [self._model(piece) for piece in self._obstacles]
+        self.obstacles = [piece for other in obstacles for piece in other.pieces]
+        self._low = np.array([piece.bounds[0] for piece in self.obstacles]).reshape(-1, 3)
+        self._high = np.array([piece.bounds[1] for piece in self.obstacles]).reshape(-1, 3)
+        self._models = [self._model(piece) for piece in self.obstacles]
         self._own_models = [self._model(piece) for piece in body.pieces]
         self._grown = [self._model(piece, +clear) for piece in body.pieces]
         self._shrunk = [self._model(piece, -clear) for piece in body.pieces]
 
     def object_free(self, pose: Pose) -> bool:
         """Whether the object penetrates neither floor nor obstacles at ``pose``."""
-        for k, piece in enumerate(self._body.pieces):
+        for k, piece in enumerate(self.body.pieces):
             here = PlacedPiece(piece, pose)
             low, high = here.bounds
-            if self._floor and low[2] < -self._depth:
+            if self.floor and low[2] < -self.depth:
                 return False
-            for j in self._near(low, high):
+            for j in self.near(low, high):
                 if self._overlaps(k, here, pose, int(j)):
                     return False
         return True
@@ -95,13 +99,13 @@ class Scene:
         free = np.ones(len(centres), dtype=bool)
         if not len(centres):
             return free
-        if self._floor:
+        if self.floor:
             free &= world[:, 2] >= radius - EXACT * self._D
-        for j in self._near(world.min(axis=0) - radius, world.max(axis=0) + radius):
+        for j in self.near(world.min(axis=0) - radius, world.max(axis=0) + radius):
             rows = np.flatnonzero(free)
-            free[rows] = self._clear(self._obstacles[j], self._models[j], world[rows], radius)
-        if len(self._body.pieces) > 1:
-            for k, own in enumerate(self._body.pieces):
+            free[rows] = self._clear(self.obstacles[j], self._models[j], world[rows], radius)
+        if len(self.body.pieces) > 1:
+            for k, own in enumerate(self.body.pieces):
                 rows = np.flatnonzero(free & (piece != k))
                 free[rows] = self._clear(own, self._own_models[k], centres[rows], radius)
         return free
@@ -115,7 +119,7 @@ class Scene:
         apart: BoolArray = np.einsum("abk,abk->ab", steps, steps) >= least**2
         return apart
 
-    def _near(self, low: Array, high: Array) -> IntArray:
+    def near(self, low: Array, high: Array) -> IntArray:
         """Return the obstacle pieces whose bounding box reaches into the given one."""
         near: IntArray = np.flatnonzero(((self._low < high) & (self._high > low)).all(axis=1))
         return near
@@ -131,7 +135,7 @@ class Scene:
         self._shrunk[k].setTransform(transform)
         if _collide(self._shrunk[k], self._models[j]):
             return True
-        return penetrates(here, PlacedPiece(self._obstacles[j]), self._depth)
+        return penetrates(here, PlacedPiece(self.obstacles[j]), self.depth)
 
     def _clear(
         self, piece: ConvexPiece, model: fcl.CollisionObject, centres: Array, radius: float

@@ -13,11 +13,10 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.facets import COPLANAR
-from gm_ompl.geometry.grouping import facets_of, neighbours_of
-from gm_ompl.geometry.shells import inside
+from gm_ompl.geometry.facets import COPLANAR, facets_of, neighbours_of
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, planar_faces
+from gm_ompl.geometry.welding import inside
 
 MAX_DENTS = 256
 """More planes than this along which a mesh is not convex are refused: each is a cut."""
@@ -142,7 +141,7 @@ def _cut(cell: _Cell, normal: Array, offset: float, mesh: TriangleMesh) -> list[
         # The plane only touches the cell: what lies in it is on the cell's surface.
         return [_Cell(cell.piece, sides[0] + sides[1])]
     on = np.abs(heights) <= tolerance
-    crossings = _snapped(_crossings(cell.piece, heights, tolerance), mesh)
+    crossings = _snapped(_crossings(cell.piece, normal, offset, tolerance), mesh)
     parts = []
     for side, fragments in zip((heights < 0.0, heights > 0.0), sides, strict=True):
         corners = np.concatenate([cell.piece.vertices[side | on], crossings])
@@ -150,20 +149,15 @@ def _cut(cell: _Cell, normal: Array, offset: float, mesh: TriangleMesh) -> list[
     return parts
 
 
-def _crossings(piece: ConvexPiece, heights: Array, tolerance: float) -> Array:
+def _crossings(piece: ConvexPiece, normal: Array, offset: float, tolerance: float) -> Array:
     """Return where the piece's edges cross a plane, (k, 3)."""
-    edges = sorted({
-        (min(a, b), max(a, b))
-        for face in piece.faces
-        for a, b in zip(face, (*face[1:], face[0]), strict=True)
-    })  # fmt: skip
-    points = [
-        piece.vertices[a]
-        + heights[a] / (heights[a] - heights[b]) * (piece.vertices[b] - piece.vertices[a])
-        for a, b in edges
-        if min(heights[a], heights[b]) < -tolerance and max(heights[a], heights[b]) > tolerance
-    ]
-    return np.array(points).reshape(-1, 3)
+    starts, spans = piece.edge_ends
+    before, after = starts @ normal - offset, (starts + spans) @ normal - offset
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    cut = (low < -tolerance) & (high > tolerance)
+    share = before[cut] / (before[cut] - after[cut])
+    points: Array = starts[cut] + share[:, None] * spans[cut]
+    return points
 
 
 def _snapped(points: Array, mesh: TriangleMesh) -> Array:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, read_only, unit
+from gm_ompl.arrays import Array, fix, unit
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
@@ -35,8 +35,7 @@ class Pose:
     position: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotation", read_only(self.rotation, (3, 3), "rotation"))
-        object.__setattr__(self, "position", read_only(self.position, (3,), "position"))
+        fix(self, rotation=(3, 3), position=(3,))
 
     @classmethod
     def from_yaw(cls, position: ArrayLike, yaw: float = 0.0) -> Pose:
@@ -109,8 +108,7 @@ class Twist:
     angular: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "linear", read_only(self.linear, (3,), "linear"))
-        object.__setattr__(self, "angular", read_only(self.angular, (3,), "angular"))
+        fix(self, linear=(3,), angular=(3,))
 
     @cached_property
     def direction(self) -> tuple[float, ...]:

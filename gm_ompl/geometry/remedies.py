@@ -10,7 +10,6 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError, MissingExtraError
-from gm_ompl.geometry.shells import bodies_of
 from gm_ompl.geometry.triangles import OpenMeshError
 from gm_ompl.geometry.usage import (
     SeveralBodiesError,
@@ -19,7 +18,7 @@ from gm_ompl.geometry.usage import (
     Used,
     shape_of,
 )
-from gm_ompl.geometry.welding import welded
+from gm_ompl.geometry.welding import bodies_of, welded
 
 WELDS = (10.0, 100.0, 1000.0)
 """Lengths tried for ``weld``, in those below which the numbers say nothing."""

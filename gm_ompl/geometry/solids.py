@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, read_only
+from gm_ompl.arrays import Array, fix, read_only
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import polyhedron
 from gm_ompl.geometry.triangles import PlanarFace
@@ -45,13 +45,9 @@ class ConvexPiece:
     labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, shape in (
-            ("vertices", (None, 3)),
-            ("face_normals", (len(self.faces), 3)),
-            ("face_offsets", (len(self.faces),)),
-            ("edge_directions", (None, 3)),
-        ):
-            object.__setattr__(self, name, read_only(getattr(self, name), shape, name))
+        f = len(self.faces)
+        fix(self, vertices=(None, 3), face_normals=(f, 3), face_offsets=(f,))
+        fix(self, edge_directions=(None, 3))
 
     @cached_property
     def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -168,48 +164,37 @@ def hull(points: ArrayLike) -> ConvexPiece:
 
 def shifted(body: Body, offset: ArrayLike) -> Body:
     """Return ``body`` moved by ``offset`` (3,)."""
-    step = np.asarray(offset, dtype=np.float64)
-    return Body(
-        tuple(
-            replace(
-                piece,
-                vertices=piece.vertices + step,
-                face_offsets=piece.face_offsets + piece.face_normals @ step,
-            )
-            for piece in body.pieces
-        ),
-        tuple(
-            replace(face, triangles=face.triangles + step, rim=face.rim + step)
-            for face in body.surface
-        ),
-    )
+    return moved(body, np.eye(3), np.asarray(offset, dtype=np.float64))
 
 
-def turned(body: Body, rotation: Array, pivot: ArrayLike) -> Body:
-    """Return ``body`` turned by ``rotation`` (3, 3) about a point (3,)."""
-    centre = np.asarray(pivot, dtype=np.float64)
-    away = centre - rotation @ centre
-    return Body(
-        tuple(
+def moved(body: Body, rotation: Array, offset: Array) -> Body:
+    """Return ``body`` turned by ``rotation`` (3, 3) about the origin, then moved by ``offset``."""
+
+    def points(old: Array) -> Array:
+        new: Array = old @ rotation.T + offset
+        return new
+
+    def ways(old: Array) -> Array:
+        new: Array = old @ rotation.T + 0.0  # no negative zeros
+        return new
+
+    pieces = []
+    for piece in body.pieces:
+        normals = ways(piece.face_normals)
+        pieces.append(
             replace(
                 piece,
-                vertices=piece.vertices @ rotation.T + away,
-                face_normals=piece.face_normals @ rotation.T + 0.0,
-                face_offsets=piece.face_offsets + (piece.face_normals @ rotation.T) @ away,
-                edge_directions=piece.edge_directions @ rotation.T + 0.0,
+                vertices=points(piece.vertices),
+                face_normals=normals,
+                face_offsets=piece.face_offsets + normals @ offset,
+                edge_directions=ways(piece.edge_directions),
             )
-            for piece in body.pieces
-        ),
-        tuple(
-            replace(
-                face,
-                triangles=face.triangles @ rotation.T + away,
-                rim=face.rim @ rotation.T + away,
-                normal=face.normal @ rotation.T + 0.0,
-            )
-            for face in body.surface
-        ),
+        )
+    surface = tuple(
+        replace(f, triangles=points(f.triangles), rim=points(f.rim), normal=ways(f.normal))
+        for f in body.surface
     )
+    return Body(tuple(pieces), surface)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,8 +212,7 @@ class MassProperties:
     inertia: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", read_only(self.centre, (3,), "centre"))
-        object.__setattr__(self, "inertia", read_only(self.inertia, (3, 3), "inertia"))
+        fix(self, centre=(3,), inertia=(3, 3))
 
 
 def mass_properties(body: Body, mass: float) -> MassProperties:

@@ -8,11 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
+from gm_ompl.arrays import Array, BoolArray, IntArray, fix
 from gm_ompl.errors import GeometryError, did_you_mean
-from gm_ompl.geometry.polygon import convex_hull, plane_basis
-from gm_ompl.geometry.rectangle import rectangle_around
-from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.polygon import convex_hull, plane_basis, rectangle_around
+from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.triangles import PlanarFace
 
 
@@ -37,8 +36,7 @@ class PlacementTable:
     labels: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", read_only(self.points, (None, 3), "points"))
-        object.__setattr__(self, "normals", read_only(self.normals, (None, 3), "normals"))
+        fix(self, points=(None, 3), normals=(None, 3))
         for name in ("face", "cell", "piece"):
             whole = np.array(getattr(self, name), dtype=np.int64)
             whole.flags.writeable = False
@@ -125,7 +123,7 @@ def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str
     found: list[float] = []
     for _, patch, spots in _spots(body, grid, faces):
         kept = spots[_usable(body, patch, spots, 0.0)]
-        found += patch.region().distance_to_rim(kept).tolist()
+        found += patch.region.distance_to_rim(kept).tolist()
     return max(found, default=None)
 
 
@@ -146,7 +144,7 @@ def faces_of(body: Body) -> Iterator[tuple[str, Face]]:
 
 def face_areas(body: Body) -> Array:
     """Return the area of every face of the body, in the order of ``face_labels``, (f,)."""
-    return np.array([patch.region().area for patch in _faces_of(body)])
+    return np.array([patch.region.area for patch in _faces_of(body)])
 
 
 def face_labels(body: Body) -> tuple[str, ...]:
@@ -159,39 +157,35 @@ def face_labels(body: Body) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """One face of a body: face ``index`` of piece ``owner``, or one of a mesh's surface.
+    """One face of a body.
 
     Attributes:
-        normal: (3,), unit, outward.
+        region: its exact extent.
         ring: (k, 3), the corners of its convex hull, counter-clockwise from outside.
-        piece: the piece, or None for a mesh's.
-        owner: the piece's number, or None.
-        plane: the mesh's face, or None.
+        owner: the number of the piece whose face it is; None for a mesh's surface.
     """
 
-    normal: Array
+    region: PlanarFace
     ring: Array
-    piece: ConvexPiece | None = None
     owner: int | None = None
-    plane: PlanarFace | None = None
 
-    def region(self) -> PlanarFace:
-        """Return its exact extent."""
-        if self.plane is not None:
-            return self.plane
-        fan = [(self.ring[0], self.ring[k], self.ring[k + 1]) for k in range(1, len(self.ring) - 1)]
-        rim = np.stack([self.ring, np.roll(self.ring, -1, axis=0)], axis=1)
-        return PlanarFace(np.array(fan), rim, self.normal)
+    @property
+    def normal(self) -> Array:
+        """Its unit normal (3,), outward."""
+        return self.region.normal
 
 
 def _faces_of(body: Body) -> Iterator[Face]:
     for plane in body.surface:
-        yield Face(plane.normal, _outline(plane, body.diagonal), plane=plane)
+        yield Face(plane, _outline(plane, body.diagonal))
     if body.surface:
         return
     for owner, piece in enumerate(body.pieces):
         for corners, normal in zip(piece.faces, piece.face_normals, strict=True):
-            yield Face(normal, piece.vertices[list(corners)], piece, owner)
+            ring = piece.vertices[list(corners)]
+            fan = np.array([(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)])
+            rim = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+            yield Face(PlanarFace(fan, rim, normal), ring, owner)
 
 
 def _outline(plane: PlanarFace, D: float) -> Array:
@@ -204,14 +198,8 @@ def _outline(plane: PlanarFace, D: float) -> Array:
 
 def _usable(body: Body, patch: Face, spots: Array, margin: float) -> BoolArray:
     """Whether points (k, 3) in a face's plane may be placements."""
-    slack = INSIDE * body.diagonal
-    if patch.plane is not None:
-        return patch.plane.contains(spots, margin, slack)
-    assert patch.piece is not None
-    usable = _on_face(patch.piece, spots, slack) & ~_covered(body, patch, spots)
-    if margin > 0.0:
-        usable &= patch.region().contains(spots, margin, slack)
-    return usable
+    usable = patch.region.contains(spots, margin, INSIDE * body.diagonal)
+    return usable if patch.owner is None else usable & ~_covered(body, patch, spots)
 
 
 def _owners(body: Body, spots: Array) -> IntArray:
@@ -232,13 +220,6 @@ def _wanted(labels: tuple[str, ...], faces: Literal["all"] | Sequence[str]) -> s
                 f"no face {name!r}{did_you_mean(name, labels)}; faces are: {', '.join(labels)}"
             )
     return {labels.index(name) for name in faces}
-
-
-def _on_face(piece: ConvexPiece, spots: Array, slack: float) -> BoolArray:
-    """Whether points (k, 3) in a face's plane lie on that face, that is in the piece."""
-    heights: Array = spots @ piece.face_normals.T - piece.face_offsets
-    inside: BoolArray = heights.max(axis=1) <= slack
-    return inside
 
 
 def _covered(body: Body, patch: Face, spots: Array) -> BoolArray:

@@ -8,10 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gm_ompl.arrays import Array, BoolArray, IntArray, read_only
+from gm_ompl.arrays import Array, BoolArray, IntArray, fix, read_only
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.facets import COPLANAR
-from gm_ompl.geometry.grouping import facets_of, neighbours_of
+from gm_ompl.geometry.facets import COPLANAR, facets_of, neighbours_of
 
 EMPTY = 1e-9
 """A volume below this times D^3 is none."""
@@ -34,7 +33,7 @@ class TriangleMesh:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", read_only(self.vertices, (None, 3), "vertices"))
+        fix(self, vertices=(None, 3))
         faces = np.array(self.faces, dtype=np.int64).reshape(-1, 3)
         faces.flags.writeable = False
         object.__setattr__(self, "faces", faces)
@@ -71,9 +70,7 @@ class PlanarFace:
     normal: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "triangles", read_only(self.triangles, (None, 3, 3), "triangles"))
-        object.__setattr__(self, "rim", read_only(self.rim, (None, 2, 3), "rim"))
-        object.__setattr__(self, "normal", read_only(self.normal, (3,), "normal"))
+        fix(self, triangles=(None, 3, 3), rim=(None, 2, 3), normal=(3,))
 
     @cached_property
     def area(self) -> float:
@@ -179,14 +176,13 @@ def planar_faces(mesh: TriangleMesh) -> tuple[PlanarFace, ...]:
         if size > (COPLANAR * mesh.extent) ** 2:  # else a sliver without area
             rim = _rim(mesh.faces[members])
             found.append(PlanarFace(mesh.corners[members], mesh.vertices[rim], total / size))
-    return tuple(sorted(found, key=lambda face: _place(face, mesh.extent)))
 
+    def place(face: PlanarFace) -> tuple[float, ...]:
+        middle = face.triangles.mean(axis=(0, 1)) / mesh.extent
+        out = face.normal @ (face.triangles[0, 0] / mesh.extent)
+        return tuple(-np.round([*face.normal, out, *middle], 6))
 
-def _place(face: PlanarFace, extent: float) -> tuple[float, ...]:
-    middle = face.triangles.mean(axis=(0, 1)) / extent
-    return tuple(
-        -np.round([*face.normal, face.normal @ (face.triangles[0, 0] / extent), *middle], 6)
-    )
+    return tuple(sorted(found, key=place))
 
 
 def _rim(faces: IntArray) -> IntArray:

@@ -10,16 +10,14 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError
+from gm_ompl.geometry.collision import surface_distances
 from gm_ompl.geometry.decomposition import MAX_PIECES, solid
-from gm_ompl.geometry.deviation import deviation
-from gm_ompl.geometry.flattening import flattened
-from gm_ompl.geometry.hulls import clean_hull, hull_mesh, triangulated
+from gm_ompl.geometry.hulls import clean_hull, flattened, hull_mesh, triangulated
 from gm_ompl.geometry.mesh import BEFORE_CUTTING, convex_parts, simplified, turned_outward
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
-from gm_ompl.geometry.shells import bodies_of
 from gm_ompl.geometry.solids import Body, ConvexPiece, hull, volume
 from gm_ompl.geometry.triangles import TriangleMesh, checked
-from gm_ompl.geometry.welding import used, welded
+from gm_ompl.geometry.welding import bodies_of, used, welded
 
 Convex: TypeAlias = Literal["exact", "hull", "decompose"]
 
@@ -220,3 +218,42 @@ def _parts(points: Array, triangles: IntArray, most: int) -> list[Array]:
         if len(parts) <= MAX_PIECES:
             return parts
     return convex_parts(*simplified(points, triangles, most), MAX_PIECES, closed=False)
+
+
+SAMPLES = 1500
+"""Points of either surface, and as many of its corners, at which their distance is taken."""
+
+
+def deviation(before: Array, meshes: Sequence[TriangleMesh]) -> float:
+    """Return the largest distance found between triangles (t, 3, 3) and the surface of a shape.
+
+    What of the shape's pieces lies in other pieces is no surface.
+    """
+    after = np.concatenate([mesh.corners for mesh in meshes])
+    rng = np.random.default_rng(0)
+    there = surface_distances(after, _spots(before, rng))
+    spots = [_spots(mesh.corners, rng) for mesh in meshes]
+    if len(meshes) > 1:
+        pieces = [hull(mesh.vertices) for mesh in meshes]
+        slack = 1e-6 * float(np.linalg.norm(np.ptp(after.reshape(-1, 3), axis=0)))
+        for k in range(len(spots)):
+            for piece in pieces[:k] + pieces[k + 1 :]:
+                heights = spots[k] @ piece.face_normals.T - piece.face_offsets
+                spots[k] = spots[k][heights.max(axis=1, initial=-np.inf) > slack]
+    back = surface_distances(before, np.concatenate(spots))
+    return float(max(there.max(), back.max(initial=0.0)))
+
+
+def _spots(corners: Array, rng: np.random.Generator) -> Array:
+    """Return points of triangles: their corners, and some at random, by area."""
+    a, b, c = corners.transpose(1, 0, 2)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    rows = rng.choice(len(corners), SAMPLES, p=areas / areas.sum())
+    u, v = rng.random((2, SAMPLES, 1))
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    cloud = np.unique(corners.reshape(-1, 3), axis=0)
+    if len(cloud) > SAMPLES:
+        cloud = cloud[rng.choice(len(cloud), SAMPLES, replace=False)]
+    inner: Array = a[rows] + u * (b - a)[rows] + v * (c - a)[rows]
+    return np.concatenate([cloud, inner])

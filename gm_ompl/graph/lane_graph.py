@@ -23,10 +23,6 @@ from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
-SWEPT_PER_LANE = 0.03
-"""Cost of a lane in a sweep, in units of treating one lane alone, and per segment: measured."""
-SWEPT_PER_SEGMENT = 0.002
-
 
 @final
 class LaneGraph:
@@ -221,13 +217,12 @@ class LaneGraph:
         return keys
 
     def sweep_price(self) -> float:
-        """Return what a sweep costs, in lanes treated one by one; +inf where it is too large."""
+        """Return how many lanes a sweep bounds; +inf where it is too large."""
         if self._swept is None:
             self._swept = swept_sets(self._problem, self._judge, self.tables)
         if self.bounds is None or not len(self._swept):
             return math.inf
-        per_lane = SWEPT_PER_LANE + SWEPT_PER_SEGMENT * self.tables.states.size
-        return len(self._swept) * per_lane
+        return float(len(self._swept))
 
     def sweep(self) -> bool:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""

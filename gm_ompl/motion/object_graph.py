@@ -1,15 +1,20 @@
-"""What every search walks: the object's poses, and the arcs that lead from one to another."""
+"""What every search walks: poses and the arcs between them; for coordinates, their lattice."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, final
+
+import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.arc import Arc, Moment
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.arc import Arc, Moment, Motion
+from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 
 
 class GraphArc(NamedTuple):
@@ -78,3 +83,131 @@ class ObjectGraph(Protocol):
 
     def way(self, nodes: Sequence[int]) -> Way:
         """Return the way past nodes that arcs join, the first of them the start."""
+
+
+ON_LATTICE = 1e-9
+"""How far a coordinate may be off its node, relative to its axis's extent."""
+
+
+@final
+class LatticeGraph:
+    """The lattice of a path or of planar motion.
+
+    Args:
+        motion: the object's degrees of freedom.
+        lattice: the nodes.
+        start: coordinates of the start; they may be whole periods off the lattice.
+        goal: where the object must end.
+        parts: segments per arc.
+
+    Attributes:
+        start: the node at the start.
+        goal_nodes: the nodes in the goal, increasing.
+
+    Raises:
+        InputError: the start is off the lattice, or no node lies in the goal.
+    """
+
+    def __init__(
+        self, motion: Motion, lattice: Lattice, start: Coordinates, goal: Goal, parts: int
+    ) -> None:
+        self._motion, self._lattice, self._from, self._parts = motion, lattice, start, parts
+        node = lattice.find(start, ON_LATTICE)
+        if node is None:
+            raise self._error(f"start {_named(motion, start)} is not a node of", "start")
+        self.start: int = node
+        inside = [_inside(lattice, goal, d) for d in range(len(lattice.axes))]
+        if not all(inside):
+            raise self._error(f"goal {_region(motion, goal)} holds no node of", "goal")
+        numbers = np.ravel_multi_index(np.ix_(*inside), lattice.shape)
+        self.goal_nodes: tuple[int, ...] = tuple(numbers.ravel().tolist())
+        self._members = frozenset(self.goal_nodes)
+
+    def _error(self, what: str, end: str) -> InputError:
+        return InputError(
+            f"{what} the lattice ({_steps(self._motion, self._lattice)}); move the {end} or change "
+            "the lattice's steps, or use a planner that needs no lattice"
+        )
+
+    def arcs_from(self, node: int) -> list[GraphArc]:
+        """Return the arcs that leave a node."""
+        here, arc = self._lattice.coordinates(node), self._motion.arc
+        neighbours = self._lattice.neighbours(node)
+        return [GraphArc(head, arc(here, there), self._parts) for head, there in neighbours]
+
+    def in_goal(self, node: int) -> bool:
+        """Whether a node lies in the goal."""
+        return node in self._members
+
+    def pose(self, node: int) -> Pose:
+        """Return the object's pose at a node."""
+        return self._motion.pose(self._lattice.coordinates(node))
+
+    def coordinates(self, node: int) -> Coordinates:
+        """Return the coordinates of a node."""
+        return self._lattice.coordinates(node)
+
+    def way(self, nodes: Sequence[int]) -> Way:
+        """Return the way past nodes that arcs join, the first of them the start."""
+        return way_along(self._motion, tuple(self._unwrapped(nodes)), self._parts)
+
+    def _unwrapped(self, nodes: Sequence[int]) -> Iterator[Coordinates]:
+        """Yield the nodes' coordinates, continuing from the start's; the lattice wraps them."""
+        near = self._lattice.coordinates(nodes[0])
+        q = self._shifted(near, near, self._from)
+        yield q
+        for tail, head in itertools.pairwise(nodes):
+            there = dict(self._lattice.neighbours(tail))[head]
+            q = self._shifted(there, self._lattice.coordinates(tail), q)
+            yield q
+
+    def _shifted(self, q: Coordinates, tail: Coordinates, unwrapped: Coordinates) -> Coordinates:
+        """Return ``q`` moved by the whole periods that take ``tail`` next to ``unwrapped``."""
+        return tuple(
+            value if period is None else value + period * round((there - here) / period)
+            for value, here, there, period in zip(
+                q, tail, unwrapped, self._lattice.periods, strict=True
+            )
+        )
+
+
+def way_along(motion: Motion, points: tuple[Coordinates, ...], parts: int) -> Way:
+    """Return the way past these coordinates, unwrapped, each arc in so many parts."""
+    arcs = tuple(
+        GraphArc(k, motion.arc(a, b), parts)
+        for k, (a, b) in enumerate(itertools.pairwise(points), start=1)
+    )
+    return Way(tuple(motion.pose(q) for q in points), points, arcs)
+
+
+def _inside(lattice: Lattice, goal: Goal, d: int) -> list[int]:
+    axis, period = lattice.axes[d], lattice.periods[d]
+    extent = period or float(axis[-1] - axis[0]) or 1.0
+    one = Goal((goal.low[d],), (goal.high[d],), (goal.periods[d],))
+    return [
+        k for k, value in enumerate(axis.tolist()) if one.contains((value,), ON_LATTICE * extent)
+    ]
+
+
+def _region(motion: Motion, goal: Goal) -> str:
+    parts = []
+    for name, low, high in zip(motion.names, goal.low, goal.high, strict=True):
+        if low is None or high is None:
+            parts.append(f"{name} = any")
+        else:
+            parts.append(f"{name} = {low:g}" + ("" if low == high else f" to {high:g}"))
+    return "(" + ", ".join(parts) + ")"
+
+
+def _named(motion: Motion, values: Coordinates) -> str:
+    pairs = zip(motion.names, values, strict=True)
+    return "(" + ", ".join(f"{n} = {v:g}" for n, v in pairs) + ")"
+
+
+def _steps(motion: Motion, lattice: Lattice) -> str:
+    parts = []
+    for name, axis in zip(motion.names, lattice.axes, strict=True):
+        step = float(axis[1] - axis[0]) if len(axis) > 1 else math.nan
+        spacing = f" in steps of {step:g}" if len(axis) > 1 else ""
+        parts.append(f"{name} from {axis[0]:g} to {axis[-1]:g}{spacing}")
+    return ", ".join(parts)

@@ -13,8 +13,8 @@ from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.geometry.solids import Body
+from gm_ompl.motion.arc import POSE_BYTES, Motion
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.motion import POSE_BYTES, Motion
 from gm_ompl.motion.screw import UP, Piece, Screw, Tumble, remembered
 
 SAME_NODE = 1e-9

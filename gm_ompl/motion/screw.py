@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, cross, read_only, unit
+from gm_ompl.arrays import Array, cross, fix, unit
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.motion.arc import Arc
@@ -25,7 +25,7 @@ class Slide:
     by: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "by", read_only(self.by, (3,), "by"))
+        fix(self, by=(3,))
 
     def pose(self, start: Pose, fraction: float) -> Pose:
         """Return the pose after ``fraction`` of the motion that began at ``start``."""
@@ -55,8 +55,8 @@ class Tumble:
     angle: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pivot", read_only(self.pivot, (3,), "pivot"))
-        object.__setattr__(self, "axis", read_only(unit(self.axis), (3,), "axis"))
+        object.__setattr__(self, "axis", unit(self.axis))
+        fix(self, pivot=(3,), axis=(3,))
 
     def pose(self, start: Pose, fraction: float) -> Pose:
         """Return the pose after ``fraction`` of the motion that began at ``start``."""

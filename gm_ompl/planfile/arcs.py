@@ -7,8 +7,8 @@ import numpy as np
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.planar import UPRIGHT, Straight
 from gm_ompl.motion.screw import UP, Screw, Slide, Tumble
-from gm_ompl.motion.straight import UPRIGHT, Straight
 from gm_ompl.planfile.model import DisplacementStep
 from gm_ompl.planfile.record import (
     ArcRecord,

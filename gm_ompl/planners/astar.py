@@ -9,7 +9,6 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias, final
 
 from gm_ompl.planners.outcome import Log
@@ -61,27 +60,6 @@ class LazyGraph(Protocol):
         """Return the cost of an arc; +inf where it does not exist."""
 
 
-@dataclass(frozen=True)
-class Found:
-    """How a search ended.
-
-    Attributes:
-        status: how it ended.
-        path: the nodes from a source to a goal; empty without a path.
-        cost: the path's cost, +inf without a path.
-        lower_bound: no path is cheaper.
-        expanded: nodes expanded, those opened again included.
-        generated: entries put on the open list.
-    """
-
-    status: Status
-    path: tuple[int, ...]
-    cost: float
-    lower_bound: float
-    expanded: int
-    generated: int
-
-
 @final
 class BestFirstSearch:
     """A* over a ``LazyGraph``.
@@ -97,7 +75,7 @@ class BestFirstSearch:
         expand: told of every expansion: node, cost of getting there, bound, whether a second one.
 
     Attributes:
-        expanded: nodes expanded so far.
+        expanded: nodes expanded so far, those opened again included.
         generated: entries put on the open list so far.
         bound: no path is cheaper.
     """
@@ -119,7 +97,7 @@ class BestFirstSearch:
         """Cost of the best path known; +inf while there is none."""
         return self._best[0]
 
-    def run(self) -> Found:
+    def run(self) -> Status:
         """Search until a path is proven optimal, none is left, or the budget is spent."""
         try:
             self._push(0.0, START, START, 0.0, True)
@@ -132,9 +110,7 @@ class BestFirstSearch:
             status = Status.SOLVED if status is Status.BUDGET else status
         self.bound = min(self.bound, self.cost)
         self._event()
-        return Found(
-            status, self._path(), self.cost, self.bound, self.expanded, self.generated
-        )  # fmt: skip
+        return status
 
     def _loop(self) -> Status:
         while self._open:
@@ -235,7 +211,8 @@ class BestFirstSearch:
         self.generated += 1
         heapq.heappush(self._open, (f, self._order, head, tail, g, exact))
 
-    def _path(self) -> tuple[int, ...]:
+    def path(self) -> tuple[int, ...]:
+        """Return the nodes of the best path from a source to a goal; empty without one."""
         nodes = []
         node = self._best[1]
         while node != START:

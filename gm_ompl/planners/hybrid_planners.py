@@ -13,9 +13,8 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.growth import Growth
-from gm_ompl.planners.hybrid_settings import EXPLORING, IMPROVING, exploring, improving
 from gm_ompl.planners.outcome import Log, result_of, without_search
-from gm_ompl.planners.parameters import Parameter
+from gm_ompl.planners.parameters import Parameter, parameters_of
 from gm_ompl.planners.planner import (
     Budget,
     Planner,
@@ -28,9 +27,9 @@ from gm_ompl.planners.planner import (
 from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
-from gm_ompl.sampling.explorer import Course, Explorer
-from gm_ompl.sampling.first_plan import FirstPlan
-from gm_ompl.sampling.refine import Refinement
+from gm_ompl.sampling.explorer import Course, Explorer, FirstPlan
+from gm_ompl.sampling.settings import ExploringSettings, ImprovingSettings
+from gm_ompl.sampling.stages import Refinement
 
 
 class Search(Protocol):
@@ -51,61 +50,43 @@ class Search(Protocol):
         """Do one iteration; return whether the best plan changed."""
 
 
-@final
-class HybridRun:
-    """One run of a randomised search.
+def searched(search: Search, log: Log, growth: Growth | None, patience: int | None) -> SearchResult:
+    """Search until the budget is spent, or for ``patience`` iterations in vain with a plan.
 
     Args:
-        judge: answers about the problem.
-        budget: what may be spent.
-        report: called now and then with the progress.
-
-    Attributes:
-        log: told of the progress.
+        search: goes on an iteration at a time.
+        log: told of the progress; its budget is spent.
+        growth: told of every branch and plan, where somebody listens.
+        patience: None is endless.
     """
+    status, done, last = Status.BUDGET, 0, 0
 
-    def __init__(self, judge: Judge, budget: Budget, report: Report) -> None:
-        self.log = Log(budget.start(), judge, report)
-        trace = tracer(report)
-        self._growth = None if trace is None else Growth(judge.problem, trace)
-        self._iterations = 0
+    def stop() -> bool:
+        return log.meter.spent(done)
 
-    def search(self, search: Search, patience: int | None) -> SearchResult:
-        """Search until the budget is spent, or for ``patience`` iterations in vain with a plan."""
-        status = Status.BUDGET
-        try:
-            self._loop(search, patience)
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
-        if status is Status.BUDGET and search.cost < math.inf:
-            status = Status.SOLVED
-        self._event(search)
-        statistics = self.log.statistics(self._iterations, search.branches)
-        return result_of(status, search.cost, 0.0, search.moves, statistics)
+    def event() -> None:
+        log.event(search.cost, 0.0, done, search.branches)
 
-    def _loop(self, search: Search, patience: int | None) -> None:
-        def stop() -> bool:
-            return self.log.meter.spent(self._iterations)
-
-        last = 0
+    try:
         while not stop():
             changed = search.step(stop)
-            self._iterations += 1
-            if self._growth is not None:
-                self._growth.grown(search.courses)
+            done += 1
+            last = done if changed else last
+            if growth is not None:
+                growth.grown(search.courses)
                 if changed:
-                    self._growth.planned(search.moves)
-            if changed:
-                last = self._iterations
-                self._event(search)
-            elif self.log.due():
-                self._event(search)
-            waited = self._iterations - last
-            if patience is not None and search.cost < math.inf and waited >= patience:
-                return
-
-    def _event(self, search: Search) -> None:
-        self.log.event(search.cost, 0.0, self._iterations, search.branches)
+                    growth.planned(search.moves)
+            if changed or log.due():
+                event()
+            if patience is not None and search.cost < math.inf and done - last >= patience:
+                break
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    if status is Status.BUDGET and search.cost < math.inf:
+        status = Status.SOLVED
+    event()
+    statistics = log.statistics(done, search.branches)
+    return result_of(status, search.cost, 0.0, search.moves, statistics)
 
 
 class HybridPlanner(Planner):
@@ -124,46 +105,51 @@ class HybridPlanner(Planner):
         Without a limit on time or iterations, a search for ever better plans ends ``patience``
         iterations after the last improvement.
         """
-        run = HybridRun(judge, budget, report)
+        log, trace = Log(budget.start(), judge, report), tracer(report)
+        growth = None if trace is None else Growth(problem, trace)
         try:
             if impossible(problem, judge):
-                return without_search(Status.INFEASIBLE, math.inf, run.log.meter)
+                return without_search(Status.INFEASIBLE, math.inf, log.meter)
             search = self.make_search(judge, rng)
         except KeyboardInterrupt:
-            return without_search(Status.INTERRUPTED, 0.0, run.log.meter)
+            return without_search(Status.INTERRUPTED, 0.0, log.meter)
         limited = budget.time_limit is not None or budget.max_iterations is not None
         anytime = self.specs.optimal and limited
-        return run.search(search, None if anytime else int(self.settings.get("patience", 0)))
+        patience = None if anytime else int(self.settings.get("patience", 0))
+        return searched(search, log, growth, patience)
 
     @abstractmethod
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
         """Return the search."""
 
 
+class FirstPlanPlanner(HybridPlanner):
+    """A search by one tree or two that ends with its first plan."""
+
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=False, randomised=True)
+    parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ExploringSettings)
+    two_trees: ClassVar[bool]
+
+    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
+        """Return the search."""
+        settings = ExploringSettings(**self.settings)
+        return FirstPlan(judge, Explorer(judge, self.two_trees, settings, rng))
+
+
 @final
-class HybridRRT(HybridPlanner):
+class HybridRRT(FirstPlanPlanner):
     """One tree, from the start; stops at the first plan."""
 
     name: ClassVar[str] = "HybridRRT"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = EXPLORING
-
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
-        """Return a search by one tree."""
-        return FirstPlan(judge, Explorer(judge, False, exploring(self.settings), rng))
+    two_trees: ClassVar[bool] = False
 
 
 @final
-class HybridRRTConnect(HybridPlanner):
+class HybridRRTConnect(FirstPlanPlanner):
     """Two trees, from start and goal, both judged in the direction of execution."""
 
     name: ClassVar[str] = "HybridRRTConnect"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=False, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = EXPLORING
-
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
-        """Return a search by two trees."""
-        return FirstPlan(judge, Explorer(judge, True, exploring(self.settings), rng))
+    two_trees: ClassVar[bool] = True
 
 
 @final
@@ -171,12 +157,12 @@ class HybridRRTstar(HybridPlanner):
     """Two trees to a first plan, then ever better ones until the budget is spent."""
 
     name: ClassVar[str] = "HybridRRTstar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=True)
-    parameters: ClassVar[tuple[Parameter, ...]] = IMPROVING
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=True)
+    parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ImprovingSettings)
 
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
         """Return a search that goes on from plan to plan."""
-        return Anytime(judge, improving(self.settings), rng)
+        return Anytime(judge, ImprovingSettings(**self.settings), rng)
 
 
 def impossible(problem: Problem, judge: Judge) -> bool:

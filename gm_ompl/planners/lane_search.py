@@ -12,15 +12,15 @@ from __future__ import annotations
 
 import heapq
 import math
+from dataclasses import dataclass
 from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
-from gm_ompl.planners.lane_entries import Choices, Entry, legs
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -33,11 +33,58 @@ SAME: Final = 1e-12
 FIRST_SWEEP: Final = 1000.0
 """Lanes treated in vain before a sweep over all lanes is considered."""
 
-RENEWED: Final = 0.05
-"""Cost of renewing a start set's key among others, in units of treating one lane: measured."""
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A lane entered at a node.
+
+    Attributes:
+        placements: the lane's.
+        config: the node.
+        g: cost of getting there, all judged.
+        parent: the entry before the regrasp; None at the start.
+        way: the arcs along the parent's lane up to there.
+    """
+
+    placements: Placements
+    config: int
+    g: float
+    parent: Entry | None
+    way: tuple[int, ...] = ()
+
+
+@dataclass(eq=False)
+class Choices:
+    """A hub being left: its placements in increasing order of their bounds, one at a time."""
+
+    hub: Hub
+    config: int
+    g: float
+    parent: Entry
+    way: tuple[int, ...]
+    keys: Array
+    order: IntArray
+    next: int = 0
 
 
 Waiting: TypeAlias = Entry | Choices
+
+
+def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
+    """Return the arcs of a plan that follows an entry's lane along ``way``, and its legs.
+
+    A leg's places are counted in arcs from the start.
+    """
+    arcs, parts = way, [(entry.placements, len(way))]
+    while entry.parent is not None:
+        arcs = entry.way + arcs
+        parts.append((entry.parent.placements, len(entry.way)))
+        entry = entry.parent
+    found, at = list[Leg](), 0
+    for placements, count in reversed(parts):
+        found.append((placements, at, at + count))
+        at += count
+    return arcs, found
 
 
 @final
@@ -63,7 +110,7 @@ class LaneSearch:
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
         self._best: tuple[Entry, tuple[int, ...]] | None = None
-        self._stale, self._patience = 0.0, FIRST_SWEEP
+        self._stale, self._patience = 0, FIRST_SWEEP
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
 
@@ -124,7 +171,7 @@ class LaneSearch:
             f, placements = self._source.take()
             self._treat(f, Entry(placements, self._graph.start, 0.0, None))
         else:
-            self._wasted(RENEWED * self._source.renew())
+            self._wasted(self._source.renew())
 
     def _treat(self, f: float, entry: Entry) -> None:
         """Renew an entry's key; where it stands, judge the plan that it stands for."""
@@ -141,21 +188,25 @@ class LaneSearch:
             self._source.judged(stale)
         if stale:
             self._push(entry.g + cost, entry)
-            self._wasted(1.0)
+            self._wasted(1)
         elif hub is None:
             self._finish(lane, entry)
         else:
             self._enter(lane, entry, node, hub)
 
-    def _wasted(self, lanes: float) -> None:
-        """Hear that keys had gone stale; where too many do, look further ahead from all hubs."""
+    def _wasted(self, lanes: int) -> None:
+        """Hear of stale keys; where too many are, look further ahead from all hubs.
+
+        A sweep bounds every lane once. Made only when as many lanes were bounded in vain, all
+        sweeps together cost no more than what was wasted, whatever the machine.
+        """
         self._stale += lanes
         if self._stale < self._patience:
             return
         price = self._graph.sweep_price()
         if self._stale >= price:
             gained = self._graph.sweep()
-            self._stale = 0.0
+            self._stale = 0
             # Sweeps that raise nothing are made ever more rarely.
             price = price if gained else 2.0 * max(price, self._patience)
         self._patience = price

@@ -119,7 +119,9 @@ class StartSets:
             count = self._renew_back(min(part, renewed))
         else:
             own = renewed <= part
-            waiting = self._keys[self._next : -1] if own else self._part_left()
+            assert own or self._part is not None, "nothing is left"
+            left = self._part[0][self._at :] if self._part is not None else self._keys[:0]
+            waiting = self._keys[self._next : -1] if own else left
             # Not beyond what comes first elsewhere.
             near = waiting[: self._block]
             least = min(part if own else renewed, back)
@@ -142,11 +144,6 @@ class StartSets:
         for (before, placements, _), key in zip(back, keys, strict=True):
             self.put_back(max(before, key), placements)
         return len(back)
-
-    def _part_left(self) -> Array:
-        """Return the keys of the part that is being taken, those left."""
-        assert self._part is not None, "nothing is left"
-        return self._part[0][self._at :]
 
     def _cut(self, count: int, own: bool) -> Part:
         """Take the first sets away, of those renewed (``own``) or of those that never came."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import ClassVar, TypeAlias, final
 
 import numpy as np
@@ -14,14 +15,14 @@ from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.watch import Stop, Stopped
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
-from gm_ompl.planners.outcome import Log, result_of, without_search
+from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -33,8 +34,7 @@ from gm_ompl.planners.planner import (
     silent,
 )
 from gm_ompl.planners.trace import Expansion, Trace, tracer
-from gm_ompl.planners.undecided import bounded
-from gm_ompl.problem import Move, Problem
+from gm_ompl.problem import Problem
 
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
@@ -66,18 +66,12 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
 
     search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    moves = _moves(judge, graph, *search.path())
+    arcs, legs = search.path()
+    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+    way = problem.object_graph.way([graph.nodes[c] for c in nodes])
+    moves = moves_of(judge, way, legs)
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
-
-
-def _moves(
-    judge: Judge, graph: LaneGraph, arcs: Sequence[int], legs: Sequence[Leg]
-) -> tuple[Move, ...]:
-    """Return the moves of a plan whose arcs and legs are those of lanes."""
-    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
-    way = judge.problem.object_graph.way([graph.nodes[c] for c in nodes])
-    return moves_of(judge, way, legs)
 
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
@@ -107,11 +101,12 @@ def solve_on_lattice(
         return without_search(Status.BUDGET, 0.0, log.meter)
 
     told = _told(problem, graph, tracer(report))
-    found = BestFirstSearch(graph, log, told).run()
-    nodes, legs = graph.legs(found.path)
+    search = BestFirstSearch(graph, log, told)
+    status = search.run()
+    nodes, legs = graph.legs(search.path())
     moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
-    statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
-    return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
+    statistics = log.statistics(search.expanded, search.generated, placement_sets=len(graph.sets))
+    return result_of(status, search.cost, search.bound, moves, statistics)
 
 
 def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Told | None:
@@ -131,7 +126,7 @@ def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Tol
 class LatticePlanner(Planner):
     """A best-first search by the heuristic that its settings name; without one by none."""
 
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(directed=True, optimal=True, randomised=False)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=False)
 
     def solve(
         self,
@@ -145,8 +140,10 @@ class LatticePlanner(Planner):
         heuristic = self.settings.get("heuristic", "none")
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
-        make: MakeHeuristic = _no_heuristic if heuristic == "none" else _travel
-        if heuristic == "lanes" and suits(problem):
+        make: MakeHeuristic = lambda judge, goals, _: TravelHeuristic(judge, goals)  # noqa: E731
+        if heuristic == "none":
+            make = lambda judge, *_: NoHeuristic(judge.problem)  # noqa: E731
+        elif heuristic == "lanes" and suits(problem):
             make = PlanarHeuristic
         return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
 
@@ -176,17 +173,21 @@ class Dijkstra(LatticePlanner):
     name: ClassVar[str] = "dijkstra"
 
 
-def _no_heuristic(
-    judge: Judge,
-    goals: tuple[int, ...],  # noqa: ARG001
-    stop: Stop,  # noqa: ARG001
-) -> Heuristic:
-    return NoHeuristic(judge.problem)
-
-
-def _travel(
-    judge: Judge,
-    goals: tuple[int, ...],
-    stop: Stop,  # noqa: ARG001
-) -> Heuristic:
-    return TravelHeuristic(judge, goals)
+def bounded(judge: Judge, search: Callable[[], SearchResult]) -> SearchResult:
+    """Return what ``search`` finds, claiming no more than the decisions it asked for allow."""
+    backend, result = judge.backend, search()
+    if not isinstance(backend, KernelBackend) or not backend.undecided:
+        return result
+    if not result.optimal and result.status is not Status.INFEASIBLE:
+        return dataclasses.replace(result, lower_bound=0.0)
+    backend.forget()
+    backend.optimistic = True
+    try:
+        bound = search().lower_bound
+    finally:
+        backend.optimistic = False
+        backend.forget()
+    if result.status is Status.INFEASIBLE and bound < math.inf:
+        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=bound)
+    optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
+    return dataclasses.replace(result, lower_bound=bound, optimal=optimal)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from gm_ompl.arguments import kind_of, plain
 from gm_ompl.errors import InputError, did_you_mean
@@ -26,6 +27,7 @@ class Parameter:
         high: greatest value (numbers only), or None.
         choices: the values a ``str`` may take.
         logarithmic: whether a search over values should go by factors rather than by steps.
+        was: what it was called before; refused with its present name.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Parameter:
     high: float | None = None
     choices: tuple[str, ...] = ()
     logarithmic: bool = False
+    was: str = ""
 
     def checked(self, value: object) -> Value:
         """Return ``value`` in this parameter's type.
@@ -49,15 +52,12 @@ class Parameter:
         # bool is a subclass of int, yet no whole number.
         if not isinstance(value, self.kind) or (self.kind is int and isinstance(value, bool)):
             raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
-        inside = value in self.choices if isinstance(value, str) else self._inside(float(value))
-        if not inside:
-            raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
-        return value
-
-    def _inside(self, number: float) -> bool:
         low = -math.inf if self.low is None else self.low
         high = math.inf if self.high is None else self.high
-        return math.isfinite(number) and low <= number <= high
+        inside = value in self.choices if isinstance(value, str) else low <= value <= high
+        if not inside or (isinstance(value, float) and not math.isfinite(value)):
+            raise InputError(f"parameter {self.name}: {value!r}: must be {self.range()}")
+        return value
 
     def range(self) -> str:
         """Return in words what values are accepted."""
@@ -71,6 +71,15 @@ class Parameter:
         if self.low is not None:
             return f"{noun} of at least {self.low:g}"
         return noun if self.high is None else f"{noun} of at most {self.high:g}"
+
+
+def parameters_of(settings: type[Any]) -> tuple[Parameter, ...]:
+    """Return the parameters that the fields of settings are, their metadata telling the rest."""
+    return tuple(
+        Parameter(name, type(default), default, **item.metadata)
+        for item in dataclasses.fields(settings)
+        for name, default in [(item.name, cast(Value, item.default))]
+    )
 
 
 def checked(
@@ -92,10 +101,9 @@ def checked(
     for name in given:
         if name not in known:
             offer = f"it has: {', '.join(known)}" if known else "it has none"
-            raise InputError(
-                f"planner {planner!r}: unknown parameter {name!r}"
-                f"{did_you_mean(str(name), known)}; {offer}"
-            )
+            now = [parameter.name for parameter in declared if parameter.was == name]
+            hint = f"; it is called {now[0]!r} now" if now else did_you_mean(str(name), known)
+            raise InputError(f"planner {planner!r}: unknown parameter {name!r}{hint}; {offer}")
     values = {name: parameter.default for name, parameter in known.items()}
     for name, value in given.items():
         try:

@@ -144,15 +144,13 @@ def silent(_: Progress) -> None:
 
 @dataclass(frozen=True)
 class PlannerSpecs:
-    """What a planner can and cannot do.
+    """What a planner can and cannot do; that arcs are one-way, all of them respect.
 
     Attributes:
-        directed: it respects that arcs are one-way (always required of planners offered).
         optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
     """
 
-    directed: bool
     optimal: bool
     randomised: bool
 

@@ -11,7 +11,7 @@ import numpy as np
 from gm_ompl.arguments import kind_of
 from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Row
+from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Offer
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -24,14 +24,12 @@ from gm_ompl.planners.planner import (
 from gm_ompl.problem import Problem
 
 
-def _ompl_planner(called: str, row: Row) -> type[Planner]:
+def _ompl_planner(called: str, row: Offer) -> type[Planner]:
     """Return the planner that runs OMPL's ``called`` on the hybrid space."""
 
     class OmplPlanner(Planner):
         name: ClassVar[str] = called
-        specs: ClassVar[PlannerSpecs] = PlannerSpecs(
-            directed=True, optimal=row.anytime, randomised=True
-        )
+        specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=row.anytime, randomised=True)
         parameters: ClassVar[tuple[Parameter, ...]] = row.parameters
 
         def solve(

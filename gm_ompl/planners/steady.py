@@ -18,8 +18,13 @@ import numpy as np
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.steady_force import Undecided, least_change
-from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
+from gm_ompl.feasibility.steady_force import (
+    Undecided,
+    fewest_switches,
+    least_change,
+    spread,
+    switches,
+)
 from gm_ompl.holds.cost import displacement_cost
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.motion.arc import Moment
@@ -183,8 +188,6 @@ def _with_decisions(
 
 def _lengths(problem: Problem, move: Displacement) -> list[list[float]]:
     """Return per finger, per segment, |dq_finger i,j| of Eq. (9)."""
-    P, table = len(move.segments), problem.fingers.placements
-    rows = np.asarray(move.placements, dtype=np.int64)
-    centres = table.points[rows] - problem.fingers.radius[:, None] * table.normals[rows]
-    lengths: list[list[float]] = move.arc.chords(centres, P).T.tolist()
+    centres = problem.fingers.centres(move.placements)
+    lengths: list[list[float]] = move.arc.chords(centres, len(move.segments)).T.tolist()
     return lengths

@@ -29,7 +29,7 @@ _MEMO_DIGITS = 10
 """Contact states equal to so many digits, lengths against D, share one decision."""
 
 
-class Finding(enum.Enum):
+class Ruling(enum.Enum):
     """What a judgement found; the value is a sentence for the user."""
 
     HOLDS = "the manipulation is feasible"
@@ -40,14 +40,14 @@ class Finding(enum.Enum):
 
 
 _FINDINGS = {
-    Outcome.INTERNAL_FORCE: Finding.INTERNAL_FORCE,
-    Outcome.NO_EQUILIBRIUM: Finding.NO_EQUILIBRIUM,
-    Outcome.BELOW: Finding.TOO_WEAK,
+    Outcome.INTERNAL_FORCE: Ruling.INTERNAL_FORCE,
+    Outcome.NO_EQUILIBRIUM: Ruling.NO_EQUILIBRIUM,
+    Outcome.BELOW: Ruling.TOO_WEAK,
 }
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Judgement:
     """The judgement of one segment or one lifted finger.
 
     Attributes:
@@ -55,7 +55,7 @@ class Verdict:
         decision: Sec. 3.4's; None where the geometry already fails.
     """
 
-    finding: Finding
+    finding: Ruling
     decision: ModeDecision | None
 
 
@@ -111,14 +111,14 @@ class ReferenceJudge:
 
     def segment(
         self, moment: Moment, placements: Placements, prefer: Modes | None = None
-    ) -> Verdict:
+    ) -> Judgement:
         """Judge an instant of the object's motion."""
         if not self.node_valid(moment.pose, placements):
-            return Verdict(Finding.PENETRATION, None)
+            return Judgement(Ruling.PENETRATION, None)
         fingers = tuple(range(len(placements)))
         return self._verdict(self.contacts(moment), fingers, placements, prefer)
 
-    def rest(self, pose: Pose, placements: Placements, lifted: int) -> Verdict:
+    def rest(self, pose: Pose, placements: Placements, lifted: int) -> Judgement:
         """Judge the object at rest at ``pose`` with finger ``lifted`` off it."""
         fingers = tuple(i for i in range(len(placements)) if i != lifted)
         remaining = tuple(placements[i] for i in fingers)
@@ -143,7 +143,7 @@ class ReferenceJudge:
         for moment in arc.middles():
             prefer = decisions[-1].modes if decisions else None
             verdict = self.segment(moment, placements, prefer)
-            if verdict.finding is not Finding.HOLDS or verdict.decision is None:
+            if verdict.finding is not Ruling.HOLDS or verdict.decision is None:
                 return None
             decisions.append(verdict.decision)
         return tuple(decisions) if self.arc_free(arc.arc, placements) else None
@@ -175,7 +175,7 @@ class ReferenceJudge:
         """
         pose = way.poses[k]
         verdict = self.rest(pose, placements, finger)
-        if verdict.finding is not Finding.HOLDS or verdict.decision is None:
+        if verdict.finding is not Ruling.HOLDS or verdict.decision is None:
             return None
         cost = self.problem.cost.regrasp
         at = way.coordinates[k]
@@ -184,12 +184,12 @@ class ReferenceJudge:
     def _verdict(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements,
         prefer: Modes | None,
-    ) -> Verdict:  # fmt: skip
+    ) -> Judgement:  # fmt: skip
         decision = self._remembered(contacts, fingers, placements, prefer)
         if decision.outcome is Outcome.STABLE:
             strong = decision.z >= self.problem.mechanics.z_min
-            return Verdict(Finding.HOLDS if strong else Finding.TOO_WEAK, decision)
-        return Verdict(_FINDINGS[decision.outcome], decision)
+            return Judgement(Ruling.HOLDS if strong else Ruling.TOO_WEAK, decision)
+        return Judgement(_FINDINGS[decision.outcome], decision)
 
     def _remembered(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements,

@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Move, Placements, Problem
-from gm_ompl.reference.judge import Decide, Finding, ReferenceJudge
+from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.reference.modes import decide_modes
 
 Node: TypeAlias = tuple[int, Placements]
@@ -162,7 +162,7 @@ class Graph:
             if target == placements[finger] or not self._valid(head):
                 continue
             self._arcs += 1
-            if self._judge.rest(pose, placements, finger).finding is Finding.HOLDS:
+            if self._judge.rest(pose, placements, finger).finding is Ruling.HOLDS:
                 yield head, self._problem.cost.regrasp
 
     def _valid(self, node: Node) -> bool:

@@ -1,43 +1,133 @@
-"""From the first plan towards the best: explore, improve, vary the route."""
+"""From the first plan towards the best: explore, improve by informed draws, vary the route.
+
+A set is drawn near the best plan (one finger elsewhere), near any other lane of the sample, or at
+random; it joins the sample only where a lower bound on the cost of every plan through it is below
+the best cost. As draws never exclude a set, the best plan of a route is approached.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
 
+from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.watch import Stop
-from gm_ompl.problem import Move
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.explorer import Course, Explorer, ExplorerSettings
-from gm_ompl.sampling.improver import Improver, ImproverSettings
-from gm_ompl.sampling.refine import Refinement
+from gm_ompl.problem import Move, Placements
+from gm_ompl.sampling.explorer import Course, Explorer
+from gm_ompl.sampling.lane_sample import CHEAPER, LaneSample
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw, as_sets
+from gm_ompl.sampling.settings import ImprovingSettings
+from gm_ompl.sampling.stages import Refinement
 
 
-@dataclass(frozen=True)
-class AnytimeSettings:
-    """How time is divided once there is a plan.
+@final
+class Improver:
+    """Improves plans along one route.
+
+    Args:
+        judge: answers about the problem.
+        store: what is known along the route.
+        draw: draws whole sets.
+        settings: how.
+        rng: the source of randomness.
 
     Attributes:
-        explorer: how the first plan is found.
-        improver: how plans are improved.
-        roam: share of iterations that go on exploring, on any route.
-        elsewhere: share of the improving iterations spent on routes other than the best.
-        polish: share of iterations that refine the best plan off the route's vertices.
-        stall: iterations without improvement on the best route before it is varied.
+        sample: the lanes sampled.
+        legs: the best plan along this route.
+        steps: iterations so far.
     """
 
-    explorer: ExplorerSettings = field(default_factory=ExplorerSettings)
-    improver: ImproverSettings = field(default_factory=ImproverSettings)
-    roam: float = 0.05
-    elsewhere: float = 0.2
-    polish: float = 0.1
-    stall: int = 40
+    def __init__(
+        self,
+        judge: Judge,
+        store: LaneStore,
+        draw: SetDraw,
+        settings: ImprovingSettings,
+        rng: np.random.Generator,
+    ) -> None:
+        self._judge, self._store, self._draw = judge, store, draw
+        self._settings, self._rng = settings, rng
+        self.sample = LaneSample(judge.problem, store)
+        self.legs: list[Leg] = []
+        self.steps = 0
+        self._done: set[tuple[Placements, int]] = set()
+
+    def seed(self, lanes: Sequence[Placements]) -> None:
+        """Put lanes into the sample."""
+        count = self._judge.problem.fingers.count
+        self.sample.add(as_sets(lanes, count))
+
+    def step(self, below: float, stop: Stop) -> list[Leg] | None:
+        """Do one iteration; return the legs of a plan cheaper than ``below`` if one is found."""
+        self.steps += 1
+        if not self.sample.least[0] < below:
+            return None
+        self._join(self._candidates(), below)
+        legs = self.sample.improve(below, self._settings.tries, stop)
+        if legs is not None:
+            self.legs = legs
+            self._prune(self.sample.best)
+        return legs
+
+    def _candidates(self) -> IntArray:
+        chance, settings = self._rng.random(), self._settings
+        if chance < settings.best_neighbour_share and self.legs:
+            lanes = [lane for lane, _, _ in self.legs]
+            near = self._neighbours(lanes[int(self._rng.integers(len(lanes)))])
+            if len(near):
+                return near
+        near_any = settings.best_neighbour_share + settings.neighbour_share
+        if chance < near_any and len(self.sample):
+            row = self.sample.sets[int(self._rng.integers(len(self.sample)))]
+            near = self._neighbours(tuple(row.tolist()))
+            if len(near):
+                return near
+        route = self._store.route  # random sets that are free at a random vertex
+        vertex = int(self._rng.integers(route.strides + 1))
+        allowed = tuple(route.node_free[:, :, vertex])
+        return self._draw.draw(self._settings.drawn, allowed, self._rng)
+
+    def _neighbours(self, lane: Placements) -> IntArray:
+        """Return the sets that differ in one random finger, where it may be somewhere."""
+        slot = int(self._rng.integers(len(lane)))
+        if (lane, slot) in self._done:
+            return as_sets((), len(lane))
+        self._done.add((lane, slot))
+        hub = self._store.lifted(lane, slot)
+        return self._store.anywhere(hub)
+
+    def _join(self, sets: IntArray, below: float) -> None:
+        """Add the most promising of ``sets`` to the sample, some others that may do by luck."""
+        if not len(sets):
+            return
+        _, g = self.sample.so_far()
+        _, d = self.sample.onward()
+        bound, here = self.sample.bounds(sets, g, d)
+        limit = below * CHEAPER
+        hopeful = np.flatnonzero(bound < limit)
+        if math.isfinite(limit):
+            self._draw.learn(sets, (bound < limit).astype(float))
+        jitter = self._rng.random(len(hopeful))
+        # Those that improve on the plan at once by what is known, then the rest at random.
+        at_once = np.where(here[hopeful] < limit, here[hopeful], np.inf)
+        order = np.lexsort((jitter, at_once))
+        self.sample.add(sets[hopeful[order][: self._settings.joining]])
+
+    def _prune(self, best: float) -> None:
+        """Drop lanes that no plan cheaper than ``best`` can use, and the worst if too many."""
+        _, g = self.sample.so_far()
+        _, d = self.sample.onward()
+        bound, here = self.sample.bounds(self.sample.sets, g, d)
+        keep = bound < best / CHEAPER
+        if keep.sum() > self._settings.sample_limit:
+            order = np.lexsort((bound, here))
+            keep &= np.isin(np.arange(len(keep)), order[: self._settings.sample_limit])
+        self.sample.keep(keep)
 
 
 @final
@@ -54,12 +144,10 @@ class Anytime:
         moves: the best plan's.
     """
 
-    def __init__(self, judge: Judge, settings: AnytimeSettings, rng: np.random.Generator) -> None:
+    def __init__(self, judge: Judge, settings: ImprovingSettings, rng: np.random.Generator) -> None:
         self._judge, self._settings, self._rng = judge, settings, rng
-        self._explorer = Explorer(judge, True, settings.explorer, rng)
-        self._draw = SetDraw(
-            judge.problem, judge, settings.explorer.lean, settings.explorer.explore
-        )
+        self._explorer = Explorer(judge, True, settings, rng)
+        self._draw = SetDraw(judge.problem, judge, settings.placement_bias, settings.uniform_share)
         self._improvers: dict[Course, Improver] = {}
         self._best: Course | None = None
         self._stalled = 0
@@ -80,11 +168,12 @@ class Anytime:
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
-        if self._best is None or self._rng.random() < self._settings.roam:
-            return self._explore(stop)
-        if self._rng.random() < self._settings.polish:
+        if self._best is None or self._rng.random() < self._settings.exploring_share:
+            found = self._explorer.step(stop)
+            return found is not None and self._accept(*found)
+        if self._rng.random() < self._settings.smoothing_share:
             return self._polish(stop)
-        if self._stalled >= self._settings.stall:
+        if self._stalled >= self._settings.stall_limit:
             self._vary()
         course = self._course()
         improver = self._improvers[course]
@@ -92,10 +181,6 @@ class Anytime:
             self._stalled += 1
         legs = improver.step(self._unrefined, stop)
         return legs is not None and self._accept(course, legs)
-
-    def _explore(self, stop: Stop) -> bool:
-        found = self._explorer.step(stop)
-        return found is not None and self._accept(*found)
 
     def _accept(self, course: Course, legs: list[Leg]) -> bool:
         moves = moves_of(self._judge, course.store.route.way, legs)
@@ -129,9 +214,7 @@ class Anytime:
         return self._keep(refinement.cost, refinement.moves)
 
     def _add(self, course: Course) -> None:
-        improver = Improver(
-            self._judge, course.store, self._draw, self._settings.improver, self._rng
-        )
+        improver = Improver(self._judge, course.store, self._draw, self._settings, self._rng)
         improver.seed([branch.lane for tree in course.trees for branch in tree.branches])
         self._improvers[course] = improver
 
@@ -143,7 +226,7 @@ class Anytime:
             for course, improver in self._improvers.items()
             if course is not self._best and improver.sample.least[0] < self._unrefined
         ]
-        if not others or self._rng.random() >= self._settings.elsewhere:
+        if not others or self._rng.random() >= self._settings.other_routes_share:
             return self._best
         # The newest first: an older one had its turns.
         weights = 1.0 / (1.0 + np.array([self._improvers[c].steps for c in others]))

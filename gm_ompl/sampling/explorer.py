@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.holds.extraction import Leg, merged
+from gm_ompl.holds.extraction import Leg, merged, moves_of
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.holds.watch import Stop
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.lane_store import LaneStore
-from gm_ompl.sampling.route_maker import RouteMaker
-from gm_ompl.sampling.routes import Route
-from gm_ompl.sampling.tree import Tree, TreeSettings, join
-
-
-@dataclass(frozen=True)
-class ExplorerSettings:
-    """How the first plan is searched for.
-
-    Attributes:
-        tree: how trees grow.
-        lean: how strongly draws lean to placements that got far; 0 draws evenly.
-        explore: share of draws that are even all the same.
-        detour: chance per iteration to try another route of the object.
-    """
-
-    tree: TreeSettings = field(default_factory=TreeSettings)
-    lean: float = 2.0
-    explore: float = 0.1
-    detour: float = 0.02
+from gm_ompl.problem import Move
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
+from gm_ompl.sampling.route_maker import Route, RouteMaker
+from gm_ompl.sampling.settings import ExploringSettings
+from gm_ompl.sampling.tree import Tree, join
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +55,15 @@ class Explorer:
     """
 
     def __init__(
-        self, judge: Judge, two_trees: bool, settings: ExplorerSettings, rng: np.random.Generator
+        self, judge: Judge, two_trees: bool, settings: ExploringSettings, rng: np.random.Generator
     ) -> None:
         problem = judge.problem
-        self._judge, self._two, self._settings, self._rng = judge, two_trees, settings, rng
+        self._judge, self._settings, self._rng = judge, settings, rng
         self._maker = RouteMaker(judge, rng)
         ways = (True, False) if two_trees else (True,)
         self._draws = {
-            way: SetDraw(problem, judge, settings.lean, settings.explore) for way in ways
+            way: SetDraw(problem, judge, settings.placement_bias, settings.uniform_share)
+            for way in ways
         }
         self.sets = PlacementSets(problem.fingers.groups())
         self.courses: list[Course] = []
@@ -89,12 +75,15 @@ class Explorer:
 
     def step(self, stop: Stop) -> tuple[Course, list[Leg]] | None:
         """Do one iteration; return a plan's legs if it found one."""
-        if not self.courses or self._rng.random() < self._settings.detour:
-            self._add_course()
+        if not self.courses or self._rng.random() < self._settings.new_route_share:
+            route = self._maker.make()
+            if route is not None:
+                self._add(route)
         if not self.courses:
             return None
         course = self._pick()
-        tree = self._next_tree(course)
+        # The one that had fewer steps; the goal's first: it is the more selective.
+        tree = min(reversed(course.trees), key=lambda tree: tree.steps)
         number = tree.grow(stop)
         if number is None:
             return None
@@ -106,14 +95,9 @@ class Explorer:
         other = self._maker.variant(route)
         return None if other is None else self._add(other)
 
-    def _add_course(self) -> None:
-        route = self._maker.make()
-        if route is not None:
-            self._add(route)
-
     def _add(self, route: Route) -> Course:
         store = LaneStore(self._judge, self.sets, route)
-        problem, settings = self._judge.problem, self._settings.tree
+        problem, settings = self._judge.problem, self._settings
         trees = tuple(
             Tree(problem, store, draw, way, settings, self._rng)
             for way, draw in self._draws.items()
@@ -128,11 +112,6 @@ class Explorer:
         promise = np.array([course.promise for course in self.courses]) ** 2
         return self.courses[int(self._rng.choice(len(promise), p=promise / promise.sum()))]
 
-    @staticmethod
-    def _next_tree(course: Course) -> Tree:
-        """Return the tree that had fewer steps; the goal's first: it is the more selective."""
-        return min(reversed(course.trees), key=lambda tree: tree.steps)
-
     def _plan(self, course: Course, tree: Tree, number: int) -> list[Leg] | None:
         branch, last = tree.branches[number], course.store.route.strides
         if tree.ahead and branch.reach == last and tree.fits_other_end(branch.lane):
@@ -143,3 +122,41 @@ class Explorer:
             return None
         other = course.trees[1] if tree is course.trees[0] else course.trees[0]
         return join(course.store, tree, number, other)
+
+
+@final
+class FirstPlan:
+    """An explorer that turns what it finds into moves.
+
+    Args:
+        judge: answers about the problem.
+        explorer: searches.
+
+    Attributes:
+        cost: of the plan, +inf without one.
+        moves: the plan's.
+    """
+
+    def __init__(self, judge: Judge, explorer: Explorer) -> None:
+        self._judge, self._explorer = judge, explorer
+        self.cost, self.moves = math.inf, tuple[Move, ...]()
+
+    @property
+    def branches(self) -> int:
+        """Branches of all trees."""
+        return self._explorer.branches
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far."""
+        return self._explorer.courses
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether it found a plan."""
+        found = self._explorer.step(stop)
+        if found is None:
+            return False
+        course, legs = found
+        moves = moves_of(self._judge, course.store.route.way, legs)
+        self.cost, self.moves = math.fsum(move.cost for move in moves), moves
+        return True

@@ -13,8 +13,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.motion.lattice_graph import way_along
-from gm_ompl.motion.object_graph import Way
+from gm_ompl.motion.object_graph import Way, way_along
 from gm_ompl.problem import Placements, Problem
 
 WHOLE_STEPS = 1e-7
@@ -52,18 +51,11 @@ def strides_needed(problem: Problem, start: Sequence[float], end: Sequence[float
     return max(1, math.ceil(lattice_steps(problem, start, end) - WHOLE_STEPS))
 
 
-def extents(problem: Problem) -> tuple[float, ...]:
-    """Return each coordinate's range: its period where it wraps."""
-    motion = problem.motion
-    return tuple(
-        period or (high - low) or 1.0
-        for low, high, period in zip(motion.low, motion.high, motion.periods, strict=True)
-    )
-
-
 def same(problem: Problem, a: Sequence[float], b: Sequence[float]) -> bool:
     """Whether two coordinates are equal, whole periods and rounding apart."""
-    for u, v, extent, period in zip(a, b, extents(problem), problem.motion.periods, strict=True):
+    for u, v, extent, period in zip(
+        a, b, problem.motion.extents, problem.motion.periods, strict=True
+    ):
         off = v - u if period is None else math.remainder(v - u, period)
         if abs(off) > SAME_COORDINATE * extent:
             return False
@@ -82,7 +74,7 @@ def split(problem: Problem, start: Coordinates, end: Coordinates) -> list[Coordi
     """Return the ends of the parts of a straight line that span no piece boundary."""
     cuts = set()
     for d, values in enumerate(problem.motion.breakpoints):
-        margin = SAME_COORDINATE * extents(problem)[d]
+        margin = SAME_COORDINATE * problem.motion.extents[d]
         low, high = sorted((start[d], end[d]))
         for value in values:
             if low + margin < value < high - margin:

@@ -7,14 +7,14 @@ straight displacement of the object. It is one-way: the reverse must be judged b
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.cost import displacement_cost
+from gm_ompl.holds.goals import fits
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
 from gm_ompl.sampling.lines import Line, same, split, strides_needed, unwrapped
@@ -62,10 +62,8 @@ class ContinuousModel:
 
     def in_goal(self, state: HybridState) -> bool:
         """Whether the object is in the goal and the fingers are where the goal wants them."""
-        wanted = zip(state.placements, self.problem.fingers.goal, strict=True)
-        return self.problem.goal.contains(state.q) and all(
-            want is None or have == want for have, want in wanted
-        )
+        problem = self.problem
+        return problem.goal.contains(state.q) and fits(state.placements, problem.fingers.goal)
 
     def state_valid(self, q: Coordinates, placements: Placements) -> bool:
         """Whether nothing penetrates at ``q``; fingers that are UNPLACED touch nothing."""
@@ -193,17 +191,20 @@ class ContinuousModel:
             for others in self._orders(q, after, wanted, rest):
                 yield (move, *others)
 
-    def cost(self, moves: Sequence[Move]) -> float:
-        """Return the moves' total cost, Eqs. (9) and (10)."""
-        return math.fsum(move.cost for move in moves)
-
     def least_cost(self, state_from: HybridState, state_to: HybridState) -> float:
-        """Return a lower bound on the cost of ``expand``: regrasps, and straight chords."""
+        """Return a lower bound on the cost of every plan from one state to another.
+
+        A finger whose placement differs is regrasped at least once. Where none differs, either no
+        finger is regrasped and each travels at least the straight line between its places, or at
+        least one regrasp is paid for: the first case of Eq. (11), limited to X_regr. A finger
+        without placement gets its first one free of charge.
+        """
+        price = self.problem.cost.regrasp
         pairs = list(zip(state_from.placements, state_to.placements, strict=True))
-        regrasps = sum(a not in (UNPLACED, b) for a, b in pairs)
-        return regrasps * self.problem.cost.regrasp + self.least_travel(
-            state_from.q, state_to.q, state_to.placements
-        )
+        changed = sum(UNPLACED not in pair and pair[0] != pair[1] for pair in pairs)
+        if changed or any(UNPLACED in pair for pair in pairs):
+            return changed * price
+        return min(self.least_travel(state_from.q, state_to.q, state_to.placements), price)
 
     def least_travel(self, q_from: Coordinates, q_to: Coordinates, placements: Placements) -> float:
         """Return the longest straight way of a fingertip between two poses of the object."""

@@ -1,4 +1,4 @@
-"""Random routes of the object from start to goal; hands are not asked."""
+"""Routes: motions of the object from start to goal that all sets share; drawn at random."""
 
 from __future__ import annotations
 
@@ -10,9 +10,48 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.holds.tables import ArcTable, Frame
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.sampling.lines import extents, polyline, same, split, unwrapped
-from gm_ompl.sampling.routes import Route
+from gm_ompl.motion.object_graph import Way
+from gm_ompl.sampling.lines import coarse_to_fine, polyline, same, split, unwrapped
+
+
+@final
+class Route:
+    """A way of the object whose arcs are called strides, and its places vertices.
+
+    Args:
+        judge: answers about the problem.
+        way: from the start to the goal, K strides.
+
+    Attributes:
+        way: likewise.
+        strides: K.
+        table: what all sets share along it: stride k is arc k.
+        node_free: (n, placements, K + 1), whether fingertips are free at the vertices.
+        tried: (K, P), mode decisions asked for per segment, and
+        failed: (K, P), how many of them had z < z_min.
+    """
+
+    def __init__(self, judge: Judge, way: Way) -> None:
+        self.way, self.strides = way, len(way.arcs)
+        every, goal = np.arange(self.strides), np.arange(self.strides + 1) == self.strides
+        frame = Frame(way.poses, every, way.arcs, np.ascontiguousarray(every[::-1]), True, goal)
+        self.table = ArcTable(judge, frame)
+        self.node_free = self.table.tables.node_free
+        shape = self.table.tables.states.shape
+        self.tried, self.failed = np.zeros((2, *shape))
+        rank = np.empty(shape[0] * shape[1])
+        rank[coarse_to_fine(rank.size)] = np.arange(rank.size)
+        self._rank: Array = rank.reshape(shape)
+
+    def suspicion(self) -> Array:
+        """Return (K, P): how likely a segment fails, as far as decisions tell; no two equal."""
+        share = (self.failed + 0.5) / (self.tried + 1.0)
+        # Untried segments count as even odds; among equals those spread over the route go first.
+        spread: Array = share - 1e-6 * self._rank / max(self._rank.size, 1)
+        return spread
+
 
 OBJECT_STEPS = 2000
 """Steps of the object's own tree before a route is given up."""
@@ -36,7 +75,7 @@ class RouteMaker:
     def __init__(self, judge: Judge, rng: np.random.Generator) -> None:
         self._judge, self._rng = judge, rng
         self._problem = judge.problem
-        self._extents = np.array(extents(self._problem))
+        self._extents = np.array(self._problem.motion.extents)
         self._made = 0
         self._drawn: dict[Route, tuple[tuple[Coordinates, ...], int]] = {}  # corners, strides
 
@@ -126,7 +165,11 @@ class RouteMaker:
             points.append(step)
             parents.append(nearest)
             if same(self._problem, step, goal):
-                return self._shortened(self._back(points, parents))
+                path, k = [step], nearest
+                while k >= 0:
+                    path.append(points[k])
+                    k = parents[k]
+                return self._shortened(path[::-1])
         return None
 
     def _nearest(self, points: list[Coordinates], q: Coordinates) -> int:
@@ -146,14 +189,6 @@ class RouteMaker:
             return False
         arcs = (motion.arc(*ends) for ends in itertools.pairwise(points))
         return all(self._judge.along(arc).object_free for arc in arcs)
-
-    @staticmethod
-    def _back(points: list[Coordinates], parents: list[int]) -> list[Coordinates]:
-        path, k = [], len(points) - 1
-        while k >= 0:
-            path.append(points[k])
-            k = parents[k]
-        return path[::-1]
 
     def _shortened(self, path: list[Coordinates]) -> list[Coordinates]:
         for _ in range(SHORTCUTS):

@@ -12,33 +12,14 @@ from gm_ompl.holds.extraction import Leg, merged
 from gm_ompl.holds.goals import fits, restricted
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
+from gm_ompl.sampling.settings import ExploringSettings
 
 ROOT: Final = -1
 """Stands for the parent of a set that needs none."""
 
 ATTEMPTS: Final = 8
 """Places for a regrasp that are drawn before a growth step gives up."""
-
-
-@dataclass(frozen=True)
-class TreeSettings:
-    """How a tree grows.
-
-    Attributes:
-        batch: sets drawn at once, the most promising of which is judged first.
-        root_share: share of growth steps that try new sets at the tree's own end.
-        greed: how strongly branches that came far are preferred.
-        window: how far before a branch's end a regrasp is tried, as a share of the route.
-        sidestep: chance to take any regrasp where none gets further.
-    """
-
-    batch: int = 128
-    root_share: float = 0.3
-    greed: float = 8.0
-    window: float = 0.15
-    sidestep: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -84,7 +65,7 @@ class Tree:
         store: LaneStore,
         draw: SetDraw,
         ahead: bool,
-        settings: TreeSettings,
+        settings: ExploringSettings,
         rng: np.random.Generator,
     ) -> None:
         self._store, self._draw, self._settings, self._rng = store, draw, settings, rng
@@ -181,7 +162,7 @@ class Tree:
             parent = self._pick()
             branch = self.branches[parent]
             span = abs(branch.reach - branch.enter)
-            back = int(self._rng.exponential(self._settings.window) * self._K)
+            back = int(self._rng.exponential(self._settings.backtrack_share) * self._K)
             vertex = branch.reach - (1 if self.ahead else -1) * min(back, span)
             hub = self._store.lifted(branch.lane, int(self._rng.integers(len(branch.lane))))
             if (hub, vertex) in self._tried:
@@ -195,7 +176,7 @@ class Tree:
         """Draw a branch: far and seldom tried ones are likely."""
         reach = np.array([self.progress(branch.reach) for branch in self.branches])
         behind = (reach.max() - reach) / max(self._K, 1)
-        weights = np.exp(-self._settings.greed * behind) / (1.0 + np.array(self._visits))
+        weights = np.exp(-self._settings.progress_bias * behind) / (1.0 + np.array(self._visits))
         number = int(self._rng.choice(len(weights), p=weights / weights.sum()))
         self._visits[number] += 1
         return number
@@ -213,8 +194,10 @@ class Tree:
             return self._add(Branch(lane, vertex, int(reach[found]), parent))
         # A branch that came all the way with its fingers in the wrong places needs no luck.
         arrived = branch.reach == self._last and not self.fits_other_end(branch.lane)
-        if arrived or self._rng.random() < self._settings.sidestep:
-            lane = tuple(sets[self._preferred(sets)].tolist())
+        if arrived or self._rng.random() < self._settings.no_progress_share:
+            # One with most fingers where the motion's other end wants them.
+            wanted = np.array([-1 if row is None else row for row in self._wanted])
+            lane = tuple(sets[int(np.argmax((sets == wanted).sum(axis=1)))].tolist())
             if lane not in self.by_lane:
                 return self._add(Branch(lane, vertex, self._onward(lane, vertex), parent))
         return None
@@ -227,11 +210,6 @@ class Tree:
         while (got := self._store.probe(lane, vertex, reach)) != reach:
             reach = got
         return reach
-
-    def _preferred(self, sets: IntArray) -> int:
-        """Return a set with most fingers where the motion's other end wants them."""
-        wanted = np.array([-1 if row is None else row for row in self._wanted])
-        return int(np.argmax((sets == wanted).sum(axis=1)))
 
     def legs(self, number: int, vertex: int) -> list[Leg]:
         """Return the legs between the tree's end and ``vertex`` on branch ``number``."""

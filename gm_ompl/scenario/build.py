@@ -8,28 +8,21 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.contact.environment import Environment, Obstacle
 from gm_ompl.errors import GeometryError, ScenarioWarning
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.hulls import whole_hull
-from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, shifted, turned
+from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, moved, shifted
+from gm_ompl.motion.arc import Motion
 from gm_ompl.motion.lattice import Coordinates, Lattice
-from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import path_lattice
 from gm_ompl.motion.planar import PlanarMotion, planar_lattice
-from gm_ompl.problem import (
-    CostSettings,
-    Environment,
-    Fingers,
-    MechanicsSettings,
-    Obstacle,
-    Problem,
-)
+from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
-from gm_ompl.scenario.motions import make_motion
-from gm_ompl.scenario.rotations import rotation_matrix
+from gm_ompl.scenario.motions import make_motion, rotation_matrix
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 
@@ -87,7 +80,10 @@ def build(model: ScenarioModel, document: Document) -> Built:
         lattice=lattice,
         start=moving.start,
         goal=moving.goal,
-        mechanics=_mechanics(model),
+        mechanics=MechanicsSettings(
+            gravity=model.gravity,
+            **model.mechanics.model_dump(include={"cone_edges", "z_min", "backend"}),
+        ),
         cost=CostSettings(**model.cost.model_dump()),
     )
     _check_poses(problem, notes)
@@ -106,33 +102,18 @@ def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Envir
     )
 
 
-def _mechanics(model: ScenarioModel) -> MechanicsSettings:
-    return MechanicsSettings(
-        gravity=model.gravity,
-        cone_edges=model.mechanics.cone_edges,
-        z_min=model.mechanics.z_min,
-        backend=model.mechanics.backend,
-    )
-
-
 def _object(model: ScenarioModel) -> tuple[Body, Array]:
     """Return the object in its own frame, origin at the centre of mass, and its inertia."""
     mass, given = model.object.mass, model.object.centre_of_mass
     body = body_of(model.object.shape)
     if given is not None:
         body = shifted(body, -np.array(given))
-        _check_centre(body)
+        if (whole_hull(body).face_offsets < -1e-9 * body.diagonal).any():
+            raise GeometryError("object.centre_of_mass lies outside the shape")
         return body, np.array(model.object.inertia)
     if model.object.shape.box is None:
         body, _ = at_centre_of_mass(body)
     return body, mass_properties(body, mass).inertia
-
-
-def _check_centre(body: Body) -> None:
-    """Raise unless the centre of mass, the origin, lies in the body's convex hull."""
-    whole = whole_hull(body)
-    if (whole.face_offsets < -1e-9 * body.diagonal).any():
-        raise GeometryError("object.centre_of_mass lies outside the shape")
 
 
 def _obstacles(model: ScenarioModel, notes: Notes) -> tuple[Obstacle, ...]:
@@ -152,7 +133,8 @@ def _obstacle(model: TurnedObstacle) -> Body:
         return body
     corners = body.vertices
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
-    return turned(body, rotation_matrix(model.rotation), middle)
+    rotation = rotation_matrix(model.rotation)
+    return moved(body, rotation, middle - rotation @ middle)
 
 
 def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None:
@@ -168,7 +150,7 @@ def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None
             f"is {thinnest:.3g} thin, less than {THICK:g} contact tolerances; make it thicker, "
             f"or set mechanics.contact_tolerance to {most:g} or less"
         )
-        notes.problems.append(notes.document.line(("object", "shape"), text))
+        notes.add(("object", "shape"), text)
 
 
 def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
@@ -191,13 +173,11 @@ def _check_size(model: ScenarioModel, lattice: Lattice, fingers: Fingers, notes:
     nodes = math.prod(lattice.shape) * hands
     if nodes > MAX_NODES:
         key = "segments" if model.motion.path is not None else "steps"
-        notes.problems.append(
-            notes.document.line(
-                ("lattice", key),
-                f"together with the placements this makes {nodes:.3g} nodes, more than 2^62; "
-                "use fewer segments, a coarser grid or fewer fingers",
-            )
+        text = (
+            f"together with the placements this makes {nodes:.3g} nodes, more than 2^62; "
+            "use fewer segments, a coarser grid or fewer fingers"
         )
+        notes.add(("lattice", key), text)
 
 
 def _check_poses(problem: Problem, notes: Notes) -> None:
@@ -223,4 +203,4 @@ def _check_poses(problem: Problem, notes: Notes) -> None:
                     f"at the {name} (centre of mass at {position}) the object penetrates {part}; "
                     "move one of them so that they are apart or just touch"
                 )
-                notes.problems.append(notes.document.line(where, text))
+                notes.add(where, text)

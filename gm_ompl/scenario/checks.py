@@ -14,9 +14,9 @@ from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.fields import BoxModel, MeshUse
 from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
-from gm_ompl.scenario.shape_fields import BoxModel, MeshUse
 
 MOST = 1e15
 """No number is larger: products of a few, as in an inertia, must stay finite."""
@@ -93,11 +93,8 @@ def _mesh_keys(path: Path, part: Any) -> Iterator[Finding]:
             given = value.model_dump(exclude_none=True) if isinstance(value, BaseModel) else value
             yield (*path, key), given, f"only for {use}; leave it out"
         elif value is not None and key != "deviation" and part.deviation is not None:
-            yield (
-                (*path, key),
-                value,
-                "not with deviation, which says that it was done; leave out one",
-            )
+            wanted = "not with deviation, which says that it was done; leave out one"
+            yield (*path, key), value, wanted
 
 
 def _box(path: Path, box: BoxModel | None) -> Iterator[Finding]:
@@ -118,11 +115,8 @@ def _object(model: ScenarioModel) -> Iterator[Finding]:
     centre, inertia = model.object.centre_of_mass, model.object.inertia
     if (centre is None) != (inertia is None):
         missing = "inertia" if inertia is None else "centre_of_mass"
-        yield (
-            ("object", missing),
-            ...,
-            "missing; give both centre_of_mass and inertia, or neither for uniform density",
-        )
+        wanted = "missing; give both centre_of_mass and inertia, or neither for uniform density"
+        yield ("object", missing), ..., wanted
     if inertia is not None:
         yield from _inertia(np.array(inertia))
 
@@ -177,11 +171,8 @@ def _hand(model: ScenarioModel, path: Path, hand: Iterable[object]) -> Iterator[
                 yield (*path, i, "cell", k), placed.cell[k], f"the grid's last cell is {last}"
         name = str(placed.face)
         if allowed is not None and name not in allowed:
-            yield (
-                (*path, i, "face"),
-                name,
-                f"not among fingers.placements.faces ({', '.join(allowed)})",
-            )
+            wanted = f"not among fingers.placements.faces ({', '.join(allowed)})"
+            yield (*path, i, "face"), name, wanted
         first = seen.setdefault((name, placed.cell), i)
         if first != i:
             yield (*path, i), ..., f"same place as finger {first}; fingers must be apart"
@@ -251,11 +242,8 @@ def _environment(model: ScenarioModel) -> Iterator[Finding]:
 def _expect(model: ScenarioModel) -> Iterator[Finding]:
     between = model.expect.regrasp_between
     if between is not None and not between[0] <= between[1]:
-        yield (
-            ("expect", "regrasp_between"),
-            list(between),
-            "the first must not exceed the second",
-        )
+        path = ("expect", "regrasp_between")
+        yield path, list(between), "the first must not exceed the second"
 
 
 CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...] = (

@@ -1,10 +1,10 @@
-"""The kinds of value a scenario holds: numbers, vectors, angles, one-or-many, shapes."""
+"""The kinds of value a scenario holds: numbers, angles, rotations, poses, shapes."""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -15,16 +15,17 @@ from pydantic import (
     PlainSerializer,
     Tag,
     WithJsonSchema,
+    model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*", re.ASCII)
 
-TAGS = frozenset({
-    "<one>", "<many>", "<word>", "<list>", "<name>", "<number>", "<placed>", "<hand>", "<range>",
-    "<pose>", "<region>", "<mesh>",
-})  # fmt: skip
+TAGS = frozenset({"<word>", "<other>", "<one>", "<many>", "<pose>", "<region>"})
 """How the kinds of a value that may be of several kinds are told apart."""
+
+W = TypeVar("W")
+T = TypeVar("T")
 
 
 class Strict(BaseModel):
@@ -45,10 +46,6 @@ def _angle(value: object) -> float:
             if math.isfinite(radians):
                 return radians
     raise PydanticCustomError("angle", "an angle with its unit, for example 90 deg or 1.57 rad")
-
-
-def _one_or_many(value: object) -> str:
-    return "<many>" if isinstance(value, (list, tuple)) else "<one>"
 
 
 Number: TypeAlias = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -75,14 +72,15 @@ Angle: TypeAlias = Annotated[
 ]
 AngleInterval: TypeAlias = Annotated[tuple[Angle, ...], Field(min_length=2, max_length=2)]
 
-OneOrManyPositive: TypeAlias = Annotated[
-    Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, ...], Tag("<many>")],
-    Discriminator(_one_or_many),
+OneOrMany: TypeAlias = Annotated[
+    Annotated[T, Tag("<one>")] | Annotated[tuple[T, ...], Tag("<many>")],
+    Discriminator(lambda value: "<many>" if isinstance(value, (list, tuple)) else "<one>"),
 ]
-OneOrManyNotNegative: TypeAlias = Annotated[
-    Annotated[NotNegative, Tag("<one>")] | Annotated[tuple[NotNegative, ...], Tag("<many>")],
-    Discriminator(_one_or_many),
+WordOr: TypeAlias = Annotated[
+    Annotated[W, Tag("<word>")] | Annotated[T, Tag("<other>")],
+    Discriminator(lambda value: "<word>" if isinstance(value, str) else "<other>"),
 ]
+"""Text, or another kind of value."""
 
 
 def per_finger(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
@@ -90,6 +88,151 @@ def per_finger(value: float | tuple[float, ...], count: int) -> tuple[float, ...
     return value if isinstance(value, tuple) else (value,) * count
 
 
-def word_or(tag: str) -> Discriminator:
-    """Tell a single word (``all``, ``any``) from the kind named by ``tag``."""
-    return Discriminator(lambda value: "<word>" if isinstance(value, str) else tag)
+Quaternion: TypeAlias = Annotated[tuple[Number, ...], Field(min_length=4, max_length=4)]
+
+ROTATIONS = "{axis: [0, 0, 1], angle: 90 deg}, {quaternion: [1, 0, 0, 0]} or {yaw: 30 deg}"
+
+
+class RotationModel(Strict):
+    """A rotation: ``axis`` and ``angle``, or ``quaternion`` (w, x, y, z), or ``yaw``."""
+
+    axis: Vector | None = None
+    angle: Angle | None = None
+    quaternion: Quaternion | None = Field(None, description="w, x, y, z; of any length but 0")
+    yaw: Angle | None = Field(None, description="about z")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> RotationModel:
+        """Refuse none or several of the ways to write a rotation, and lengths of 0."""
+        given = {key for key in type(self).model_fields if getattr(self, key) is not None}
+        if given not in ({"axis", "angle"}, {"quaternion"}, {"yaw"}):
+            raise PydanticCustomError("rotation", f"must be one of {ROTATIONS}")
+        if not any(self.axis or self.quaternion or (1.0,)):
+            raise PydanticCustomError("rotation", "an axis or quaternion must not be all zeros")
+        return self
+
+
+REST = "rest"
+"""Instead of a height: lowered until it touches."""
+
+
+def _rest(value: object) -> object:
+    if value != REST:
+        wanted = f"must be a finite number, or {REST} for the height (lowered until it touches)"
+        raise PydanticCustomError("place", wanted)
+    return value
+
+
+Place: TypeAlias = WordOr[Annotated[Literal["rest"], BeforeValidator(_rest)], Number]
+
+
+class PoseModel(Strict):
+    """Position of the centre of mass, and how the object is turned."""
+
+    position: Annotated[tuple[Place, ...], Field(min_length=3, max_length=3)] = Field(
+        description="x, y and z; instead of z rest: lowered until it touches"
+    )
+    yaw: Angle = 0.0
+    rotation: RotationModel | None = None
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """Its place in the plane."""
+        x, y, _ = self.position
+        return float(x), float(y)
+
+    @property
+    def height(self) -> float | None:
+        """Its height; None where it is to be found."""
+        z = self.position[2]
+        return None if isinstance(z, str) else z
+
+
+class RegionModel(Strict):
+    """A planar goal region."""
+
+    x: Interval
+    y: Interval
+    yaw: WordOr[Literal["any"], AngleInterval] = "any"
+
+
+def pose_or_region(value: object) -> str:
+    """Tell by the keys; pydantic asks for values already made, too."""
+    if isinstance(value, RegionModel):
+        return "<region>"
+    keys = set(value) if isinstance(value, dict) else set()
+    return "<region>" if keys & {"x", "y"} and "position" not in keys else "<pose>"
+
+
+class BoxModel(Strict):
+    """An axis-parallel box between two corners."""
+
+    min: Vector
+    max: Vector
+
+
+class MeshModel(Strict):
+    """A closed triangle mesh in the scenario itself."""
+
+    vertices: Points
+    faces: Annotated[tuple[Triangle, ...], Field(min_length=4)]
+
+
+class PartModel(Strict):
+    """One convex piece of a shape: exactly one of ``box``, ``hull``."""
+
+    box: BoxModel | None = None
+    hull: Points | None = None
+
+
+Parts: TypeAlias = Annotated[tuple[PartModel, ...], Field(min_length=1, max_length=64)]
+
+Bodies: TypeAlias = WordOr[
+    Literal["all"], Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=1)]
+]
+
+
+class FrameModel(Strict):
+    """How a mesh file's axes lie in the scenario's."""
+
+    rotation: RotationModel
+
+
+class MeshUse(Strict):
+    """A mesh, and how it is used."""
+
+    mesh: WordOr[Text, MeshModel] | None = Field(
+        None, description="an STL, OBJ, PLY, OFF or GLB file, or a mesh itself"
+    )
+    scale: Positive | None = Field(None, description="factor from the mesh file's units")
+    frame: FrameModel | None = Field(None, description="turns the mesh, for example from y up")
+    weld: NotNegative | None = Field(None, description="vertices so close (a length) are one")
+    flat: NotNegative | None = Field(
+        None, description="triangles within this length of a plane are one face"
+    )
+    bodies: Bodies | None = Field(None, description="which bodies of a file with several, or all")
+    simplify: Annotated[Whole, Field(ge=4)] | None = Field(
+        None, description="at most so many triangles"
+    )
+    convex: Literal["exact", "hull", "decompose"] | None = Field(
+        None, description="the mesh as it is, its convex hull, or convex pieces near it"
+    )
+    deviation: NotNegative | None = Field(
+        None, description="written by a plan: how far its surface is from the file's"
+    )
+
+
+class Shape(MeshUse):
+    """The object's shape: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
+
+    box: PositiveVector | None = Field(None, description="size along x, y, z; centred")
+    hull: Points | None = Field(None, description="points whose convex hull is the shape")
+    pieces: Parts | None = Field(None, description="convex pieces that do not overlap")
+
+
+class ObstacleModel(MeshUse):
+    """A fixed body: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
+
+    box: BoxModel | None = None
+    hull: Points | None = None
+    pieces: Parts | None = Field(None, description="convex pieces")

@@ -122,7 +122,7 @@ def _blame(key: str, given: float | None, value: float, wanted: str, notes: Note
     """Note that a key's value, or its default for meshes, is wrong."""
     if given is None:
         wanted = f"the default for a mesh, {value:g}, {wanted}"
-        notes.problems.append(notes.document.line((*WHERE, key), wanted))
+        notes.add((*WHERE, key), wanted)
     else:
         notes.wrong((*WHERE, key), given, wanted)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gm_ompl.geometry.resting import RestingPose, resting_poses
+from gm_ompl.geometry.hulls import RestingPose, resting_poses
 from gm_ompl.geometry.solids import Body, MassProperties, mass_properties, volume
 from gm_ompl.geometry.surface import Face, faces_of, placements
 from gm_ompl.scenario.document import Document
@@ -82,7 +82,7 @@ class Inspection:
                 {
                     "name": name,
                     "normal": face.normal.tolist(),
-                    "area": face.region().area,
+                    "area": face.region.area,
                     "offered": name in self.offered,
                 }
                 for name, face in self.faces

@@ -9,13 +9,12 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError
-from gm_ompl.geometry.flattening import flattened
-from gm_ompl.geometry.hulls import clean_hull, hull_mesh
+from gm_ompl.geometry.hulls import clean_hull, flattened, hull_mesh
 from gm_ompl.geometry.triangles import EMPTY, TriangleMesh
 from gm_ompl.geometry.usage import NOTHING, Usage, Used
 from gm_ompl.geometry.welding import resolution
-from gm_ompl.scenario.rotations import rotation_matrix
-from gm_ompl.scenario.shape_fields import MeshModel, MeshUse, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.fields import MeshModel, MeshUse, ObstacleModel, PartModel, Shape
+from gm_ompl.scenario.motions import rotation_matrix
 
 AnyShape = TypeVar("AnyShape", Shape, ObstacleModel)
 

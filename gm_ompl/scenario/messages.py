@@ -107,7 +107,8 @@ def _line(document: Document, detail: ErrorDetails, path: Path) -> str:
         return value_problem(document, path, detail["input"], _length(kind, context))
     wanted = WANTED[kind].format(**context) if kind in WANTED else detail["msg"]
     if kind == "literal_error" and isinstance(detail["input"], str):
-        wanted += did_you_mean(detail["input"], _words(str(context["expected"])))
+        words = str(context["expected"]).replace("'", "\n").split("\n")
+        wanted += did_you_mean(detail["input"], [word for word in words if word.strip(" ,or")])
     return value_problem(document, path, detail["input"], wanted)
 
 
@@ -120,10 +121,6 @@ def _length(kind: str, context: dict[str, Any]) -> str:
 
 def _at(bound: str, count: int) -> str:
     return f"at {bound} {count} {'entry' if count == 1 else 'entries'}"
-
-
-def _words(expected: str) -> list[str]:
-    return [part for part in expected.replace("'", "\n").split("\n") if part.strip(" ,or")]
 
 
 def unknown_key(path: Path) -> str:
@@ -187,8 +184,12 @@ class Notes:
         try:
             return make()
         except GeometryError as error:
-            self.problems.append(self.document.line(path, str(error)))
+            self.add(path, str(error))
             return None
+
+    def add(self, path: Path, text: str) -> None:
+        """Note what is wrong at ``path``."""
+        self.problems.append(self.document.line(path, text))
 
     def wrong(self, path: Path, value: object, wanted: str) -> None:
         """Note that ``value`` at ``path`` is wrong."""

@@ -20,18 +20,20 @@ from gm_ompl.scenario.fields import (
     Matrix,
     NotNegative,
     Number,
-    OneOrManyNotNegative,
-    OneOrManyPositive,
+    ObstacleModel,
+    OneOrMany,
+    PoseModel,
     Positive,
+    RegionModel,
+    RotationModel,
+    Shape,
     Strict,
     Text,
     Vector,
     Whole,
-    word_or,
+    WordOr,
+    pose_or_region,
 )
-from gm_ompl.scenario.poses import PoseModel, RegionModel, pose_or_region
-from gm_ompl.scenario.rotations import RotationModel
-from gm_ompl.scenario.shape_fields import ObstacleModel, Shape
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -54,13 +56,10 @@ class FrictionModel(Strict):
     """Coulomb coefficients."""
 
     environment: NotNegative
-    finger: OneOrManyNotNegative
+    finger: OneOrMany[NotNegative]
 
 
-FaceName: TypeAlias = Annotated[
-    Annotated[Text, Tag("<name>")] | Annotated[Whole, Tag("<number>")],
-    Discriminator(lambda value: "<name>" if isinstance(value, str) else "<number>"),
-]
+FaceName: TypeAlias = WordOr[Text, Whole]
 
 
 class Placed(Strict):
@@ -70,25 +69,14 @@ class Placed(Strict):
     cell: Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=2, max_length=2)]
 
 
-PlacedOrAny: TypeAlias = Annotated[
-    Annotated[Literal["any"], Tag("<word>")] | Annotated[Placed, Tag("<placed>")],
-    word_or("<placed>"),
-]
-Hand: TypeAlias = Annotated[
-    Annotated[Literal["any"], Tag("<word>")] | Annotated[tuple[PlacedOrAny, ...], Tag("<hand>")],
-    word_or("<hand>"),
-]
+Hand: TypeAlias = WordOr[Literal["any"], tuple[WordOr[Literal["any"], Placed], ...]]
 
 
 class PlacementsModel(Strict):
     """The grid of placements on the object's faces."""
 
     grid: Annotated[tuple[Count, ...], Field(min_length=2, max_length=2)] = (7, 7)
-    faces: Annotated[
-        Annotated[Literal["all"], Tag("<word>")]
-        | Annotated[tuple[FaceName, ...], Field(min_length=1), Tag("<list>")],
-        word_or("<list>"),
-    ] = "all"
+    faces: WordOr[Literal["all"], Annotated[tuple[FaceName, ...], Field(min_length=1)]] = "all"
     margin: NotNegative | None = Field(default=None, description="least distance from a face's rim")
     smallest_face: Annotated[NotNegative, Field(lt=1)] | None = Field(
         default=None,
@@ -100,8 +88,8 @@ class FingersModel(Strict):
     """The hand."""
 
     count: Annotated[Whole, Field(ge=0, le=MAX_FINGERS)]
-    radius: OneOrManyPositive
-    max_normal_force: OneOrManyPositive
+    radius: OneOrMany[Positive]
+    max_normal_force: OneOrMany[Positive]
     placements: PlacementsModel = PlacementsModel()
     start: Hand = "any"
     goal: Hand = "any"
@@ -176,13 +164,7 @@ class StepsModel(Strict):
 class LatticeModel(Strict):
     """How finely the object's motion is divided."""
 
-    segments: (
-        Annotated[
-            Annotated[Count, Tag("<one>")] | Annotated[tuple[Count, ...], Tag("<many>")],
-            Discriminator(lambda v: "<many>" if isinstance(v, (list, tuple)) else "<one>"),
-        ]
-        | None
-    ) = None
+    segments: OneOrMany[Count] | None = None
     steps: StepsModel | None = None
 
 

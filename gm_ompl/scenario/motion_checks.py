@@ -8,10 +8,9 @@ from typing import TypeAlias
 
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.fields import Strict
-from gm_ompl.scenario.headings import goal_tilt, goal_yaw, start_yaw
+from gm_ompl.scenario.fields import PoseModel, RegionModel, Strict
 from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel
-from gm_ompl.scenario.poses import PoseModel, RegionModel
+from gm_ompl.scenario.motions import goal_tilt, goal_yaw, start_yaw
 
 Finding: TypeAlias = tuple[Path, object, str]
 """Path, value (or ``...`` where the message needs none), what would be right."""
@@ -42,11 +41,8 @@ def motion_findings(model: ScenarioModel) -> Iterator[Finding]:
             yield (*path, "slide", "by"), by, "must not be zero; leave the piece out"
         if piece.tumble is not None and not 0 < piece.tumble.angle <= FULL_TURN:
             degrees = f"{math.degrees(piece.tumble.angle):g} deg"
-            yield (
-                (*path, "tumble", "angle"),
-                degrees,
-                "must be > 0 deg and at most 360 deg; for the other way change towards",
-            )
+            wanted = "must be > 0 deg and at most 360 deg; for the other way change towards"
+            yield (*path, "tumble", "angle"), degrees, wanted
     if motion.path is not None and motion.goal is not None:
         yield ("motion", "goal"), ..., "a path ends at its last piece; leave goal out"
     if motion.planar is not None and not wrong:
@@ -133,11 +129,8 @@ def lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
         if lattice.segments is None:
             yield ("lattice", "segments"), ..., "missing; add it, for example segments: 30"
         elif isinstance(lattice.segments, tuple) and len(lattice.segments) != len(motion.path):
-            yield (
-                ("lattice", "segments"),
-                list(lattice.segments),
-                f"needs one entry per piece of motion.path: {len(motion.path)}",
-            )
+            wanted = f"needs one entry per piece of motion.path: {len(motion.path)}"
+            yield ("lattice", "segments"), list(lattice.segments), wanted
     if motion.planar is not None:
         if lattice.segments is not None:
             yield ("lattice", "segments"), ..., "segments are for a path; use steps"

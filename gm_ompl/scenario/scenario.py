@@ -18,7 +18,7 @@ from gm_ompl.scenario.checks import findings
 from gm_ompl.scenario.document import Document
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import validation_problems, value_problem
-from gm_ompl.scenario.model import FORMAT, ExpectModel, ScenarioModel
+from gm_ompl.scenario.model import FORMAT, ScenarioModel
 from gm_ompl.scenario.overrides import Changes, apply_overrides
 from gm_ompl.scenario.shapes import with_meshes
 
@@ -114,21 +114,6 @@ class Scenario:
     def name(self) -> str:
         """The scenario's name."""
         return self.model.name
-
-    @property
-    def source(self) -> str:
-        """Where the scenario comes from."""
-        return self.model.source
-
-    @property
-    def description(self) -> str:
-        """What the scenario shows."""
-        return self.model.description
-
-    @property
-    def expect(self) -> ExpectModel:
-        """What must come out."""
-        return self.model.expect
 
     def resolved(self) -> dict[str, Any]:
         """Return the whole scenario with the file's keys: defaults and per-finger values filled in.

@@ -9,10 +9,10 @@ from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.triangles import checked
 from gm_ompl.geometry.usage import check_apart
 from gm_ompl.scenario.document import Document, Path
+from gm_ompl.scenario.fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
 from gm_ompl.scenario.mesh_use import AnyShape, resolved_shape
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel
-from gm_ompl.scenario.shape_fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
 
 
 def body_of(shape: Shape | ObstacleModel) -> Body:

@@ -8,14 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import environment_contacts
+from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.projection import ANY_WAY, projected
 from gm_ompl.errors import GeometryError, ScenarioWarning
-from gm_ompl.geometry.drop import Support, below, lowered, supports
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import PlacedPiece, gap
+from gm_ompl.geometry.separation import PlacedPiece, Support, below, gap, lowered, supports
 from gm_ompl.geometry.solids import Body
-from gm_ompl.problem import Environment
 from gm_ompl.scenario.document import Document, Path, dotted
 
 FLOATS = 1e-3
@@ -65,7 +63,10 @@ class Ground:
         if self.gravity == 0.0:
             return
         D = self.body.diagonal
-        touching, under = self._touches(pose), below(self._supports(pose))
+        touching, under = (
+            environment_contacts(self.body, self.environment, pose),
+            below(self._supports(pose)),
+        )
         drop = -under.stands if under is not None else np.inf
         if under is not None and self._tolerance < drop < FLOATS * D:
             stood = float(pose.position[2]) - drop
@@ -74,7 +75,7 @@ class Ground:
                 f"{under.name}; did you mean rest (here z = {stood:.9g})?"
             )
             self._warn(text, path, "floats", drop)
-        elif not touching:
+        elif not len(touching.points):
             self._alone(name, path, pose)
 
     def _alone(self, name: str, path: Path, pose: Pose) -> None:
@@ -106,9 +107,6 @@ class Ground:
         obstacles = [(obstacle.name, obstacle.body) for obstacle in environment.obstacles]
         tolerance = environment.contact_tolerance
         return supports(self.body, obstacles, environment.floor, pose, tolerance)
-
-    def _touches(self, pose: Pose) -> bool:
-        return len(environment_contacts(self.body, self.environment, pose).points) > 0
 
     def _widths(self, pose: Pose) -> Iterator[tuple[float, str]]:
         """Yield how far everything is from the object, at least, and its name."""

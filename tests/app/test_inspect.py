@@ -11,7 +11,7 @@ import trimesh
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
-from gm_ompl.geometry.resting import resting_poses
+from gm_ompl.geometry.hulls import resting_poses
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, hull
 from gm_ompl.scenario.inspection import inspect
 from gm_ompl.scenario.scenario import Scenario

@@ -10,10 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import EnvironmentContacts, contact_state, environment_contacts
+from gm_ompl.contact.environment import (
+    Environment,
+    EnvironmentContacts,
+    Obstacle,
+    contact_state,
+    environment_contacts,
+)
 from gm_ompl.geometry.pose import Pose, Twist, rotation_about
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
-from gm_ompl.problem import Environment, Obstacle
 
 TALL = Body((box([-2.5, -2.5, -5], [2.5, 2.5, 5]),))
 STANDING = Pose(np.eye(3), np.array([0.0, 0.0, 5.0]))

@@ -9,13 +9,11 @@ import pytest
 from scipy.optimize import linprog
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import contact_state, environment_contacts
-from gm_ompl.contact.patch import Patch
-from gm_ompl.contact.patches import joined, points_inside
+from gm_ompl.contact.environment import Environment, Obstacle, contact_state, environment_contacts
+from gm_ompl.contact.patch import Patch, joined, points_inside
 from gm_ompl.contact.state import Instant
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, box
-from gm_ompl.problem import Environment, Obstacle
 from gm_ompl.reference.statics import statics
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -7,11 +7,10 @@ import pytest
 import scipy.optimize
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import environment_contacts
+from gm_ompl.contact.environment import Environment, Obstacle, environment_contacts
 from gm_ompl.contact.projection import UPRIGHT_WAYS, projected
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.geometry.solids import Body, box, hull, mass_properties
-from gm_ompl.problem import Environment, Obstacle
 
 BRICK = Body((box([-1, -2, -0.5], [1, 2, 0.5]),))
 SPREAD = mass_properties(BRICK, 1.0).inertia

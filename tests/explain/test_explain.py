@@ -18,11 +18,10 @@ from gm_ompl.app.explaining import lines, read_coordinates, read_placements
 from gm_ompl.app.main import app
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.diagnosis import remedies
-from gm_ompl.diagnosis.instants import Blame, Explainer
+from gm_ompl.diagnosis.instants import Blame, Explainer, contact_lines
 from gm_ompl.diagnosis.limits import Answer, Deadline, knobs, least
 from gm_ompl.diagnosis.regions import whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import PLAN
-from gm_ompl.diagnosis.touching import contacts_at
 from gm_ompl.diagnosis.values import Explanation, Remedy
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
@@ -338,10 +337,10 @@ def test_the_contacts_are_those_that_the_mechanics_sees() -> None:
             pose, twist = problem.motion.pose(q), problem.motion.velocity(q, (1.0,))
             touching = environment_contacts(problem.body, problem.environment, pose)
             state = contact_state(touching, pose, twist, problem.body)
-            words = [line.motion["+s"] for line in contacts_at(problem, q, [(1.0,)])]
+            words = [line.motion["+s"] for line in contact_lines(problem, q, [(1.0,)])]
             assert len(words) - words.count("separates") == len(state.points)
             assert words.count("slides") == int(np.count_nonzero(np.abs(state.slip).max(axis=1)))
-            assert all(line.against for line in contacts_at(problem, q, [(1.0,)]))
+            assert all(line.against for line in contact_lines(problem, q, [(1.0,)]))
 
 
 def test_the_text_stays_short() -> None:

@@ -9,8 +9,7 @@ from gm_ompl.arrays import BoolArray
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.keys import contact_key
-from gm_ompl.feasibility.pose_class import PoseClasses
+from gm_ompl.feasibility.keys import PoseClasses, contact_key
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from gm_ompl.arrays import Array
-from gm_ompl.geometry.drop import below, lowered, supports
 from gm_ompl.geometry.pose import Pose, rotation_about
-from gm_ompl.geometry.separation import TOUCHING
+from gm_ompl.geometry.separation import TOUCHING, below, lowered, supports
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 
 

@@ -81,7 +81,7 @@ def object_case(rng: np.random.Generator, kind: str, samples: int) -> str:
     """
     body, other = Body((_piece(rng, 1.0),)), _moved(_piece(rng, 1.0), _pose(rng, 1.0))
     sweep = _sweep(rng, kind)
-    ours = SweptScene(body, [Body((other,))], floor=False).object_free(sweep)
+    ours = SweptScene(Scene(body, [Body((other,))], floor=False)).object_free(sweep)
     theirs = SweptJudge(body, (Body((other,)),), floor=False).object_blocked(_OneSweep(sweep))
     assert ours == (theirs is None)
     scene = Scene(body, [Body((other,))], floor=False)
@@ -101,7 +101,7 @@ def tips_case(rng: np.random.Generator, kind: str, samples: int) -> Counter[str]
     body, none = Body((box([-0.3] * 3, [0.3] * 3),)), np.zeros(20, dtype=np.int64)
     other, sweep = _moved(_piece(rng, 1.0), _pose(rng, 1.0)), _sweep(rng, kind)
     radius, centres = float(rng.uniform(0.0, 0.3)), rng.normal(size=(20, 3))
-    ours = SweptScene(body, [Body((other,))], True).free_placements(sweep, centres, radius)
+    ours = SweptScene(Scene(body, [Body((other,))], True)).free_placements(sweep, centres, radius)
     reference, arc = SweptJudge(body, (Body((other,)),), True), _OneSweep(sweep)
     theirs = [reference.tip_blocked(arc, centre, radius) is None for centre in centres]
     assert ours.tolist() == theirs
@@ -154,7 +154,7 @@ def test_a_kept_contact_is_free() -> None:
         (turn, [table], True),
         (turn, [wall, table], False),
     ):
-        assert SweptScene(body, obstacles, True).object_free(sweep) is free
+        assert SweptScene(Scene(body, obstacles, True)).object_free(sweep) is free
         blocked = SweptJudge(body, tuple(obstacles), True).object_blocked(_OneSweep(sweep))
         assert (blocked is None) is free
 
@@ -167,7 +167,7 @@ def test_a_box_tips_over_the_edge_of_a_step() -> None:
     over = Sweep(start, edge, np.array([0.0, 1.0, 0.0]), 1.2, np.zeros(3))
     back = Sweep(start, edge, np.array([0.0, 1.0, 0.0]), -1e-3, np.zeros(3))
     for sweep, free in ((over, True), (back, False)):
-        assert SweptScene(body, [step], False).object_free(sweep) is free
+        assert SweptScene(Scene(body, [step], False)).object_free(sweep) is free
         assert (SweptJudge(body, (step,), False).object_blocked(_OneSweep(sweep)) is None) is free
 
 
@@ -178,7 +178,7 @@ def test_a_fingertip_grazes_a_wall() -> None:
     turn, centre = Sweep(start, np.zeros(3), y, np.pi, np.zeros(3)), np.array([[0.0, 0.0, 2.0]])
     for gap, free in ((0.0, True), (-1e-6, False)):
         wall = Body((box([2.5 + gap, -9.0, -9.0], [2.6, 9.0, 9.0]),))
-        assert SweptScene(body, [wall], False).free_placements(turn, centre, 0.5)[0] == free
+        assert SweptScene(Scene(body, [wall], False)).free_placements(turn, centre, 0.5)[0] == free
         at = SweptJudge(body, (wall,), False).tip_blocked(_OneSweep(turn), centre[0], 0.5)
         assert (at is None) is free
         assert at is None or at == pytest.approx(0.5, abs=1e-3)

@@ -18,8 +18,7 @@ from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
-from gm_ompl.motion.lattice_graph import LatticeGraph
-from gm_ompl.motion.object_graph import GraphArc, ObjectGraph, Way
+from gm_ompl.motion.object_graph import GraphArc, LatticeGraph, ObjectGraph, Way
 from gm_ompl.motion.planar import PlanarMotion
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner

@@ -8,14 +8,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from gm_ompl.contact.environment import contact_state, environment_contacts
+from gm_ompl.contact.environment import Environment, contact_state, environment_contacts
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull, mass_properties
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import instant_columns
-from gm_ompl.problem import Environment
 from gm_ompl.reference.exact import Effort
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.modes import decide_modes

@@ -16,6 +16,6 @@ def test_plans_as_expected_and_the_check_agrees(name: str) -> None:
     scenario = gm_ompl.load(name)
     plan = gm_ompl.plan(scenario, "astar")
     assert plan.optimal
-    assert plan.status == scenario.expect.status
-    assert plan.regrasps == scenario.expect.regrasps
+    assert plan.status == scenario.model.expect.status
+    assert plan.regrasps == scenario.model.expect.regrasps
     assert gm_ompl.check(plan).holds

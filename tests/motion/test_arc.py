@@ -10,8 +10,8 @@ import pytest
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide, Tumble
-from gm_ompl.motion.straight import Straight
 from gm_ompl.planfile.arcs import arc_of, arc_record
 from gm_ompl.planfile.assemble import pose_record
 from gm_ompl.planfile.model import DisplacementStep

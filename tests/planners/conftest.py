@@ -16,9 +16,8 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.lattice import Goal, Lattice
-from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.screw import Screw, Slide
 from gm_ompl.planners.planner import Budget, SearchResult
 from gm_ompl.planners.registry import make_planner

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.arrays import Array
-from gm_ompl.planners.astar import BestFirstSearch, Found
+from gm_ompl.planners.astar import BestFirstSearch
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Budget, Status
 
@@ -80,8 +81,11 @@ class RandomGraph:
         return float(self.costs[tail, head])
 
 
-def search(graph: RandomGraph, budget: Budget | None = None) -> Found:
-    return BestFirstSearch(graph, Log((budget or Budget()).start())).run()
+def search(
+    graph: RandomGraph, budget: Budget | None = None
+) -> tuple[Status, BestFirstSearch, tuple[int, ...]]:
+    made = BestFirstSearch(graph, Log((budget or Budget()).start()))
+    return made.run(), made, made.path()
 
 
 @pytest.mark.parametrize("zero_costs", [False, True])
@@ -89,18 +93,18 @@ def search(graph: RandomGraph, budget: Budget | None = None) -> Found:
 def test_cost_is_the_shortest_paths(seed: int, zero_costs: bool) -> None:
     """With lazy arcs, late arcs and growing inconsistent estimates the optimum is found."""
     graph = RandomGraph(np.random.default_rng(seed), zero_costs=zero_costs)
-    found = search(graph)
+    status, found, path = search(graph)
     if graph.optimum == math.inf:
-        assert found.status is Status.INFEASIBLE
-        assert found.lower_bound == math.inf
-        assert found.path == ()
+        assert status is Status.INFEASIBLE
+        assert found.bound == math.inf
+        assert path == ()
         return
-    assert found.status is Status.SOLVED
+    assert status is Status.SOLVED
     assert found.cost == pytest.approx(graph.optimum, rel=1e-9, abs=1e-12)
-    assert found.lower_bound == pytest.approx(graph.optimum, rel=1e-9, abs=1e-12)
-    assert found.path[0] in graph.starts
-    assert found.path[-1] in graph.goals
-    steps = zip(found.path, found.path[1:], strict=False)
+    assert found.bound == pytest.approx(graph.optimum, rel=1e-9, abs=1e-12)
+    assert path[0] in graph.starts
+    assert path[-1] in graph.goals
+    steps = itertools.pairwise(path)
     assert sum(graph.costs[a, b] for a, b in steps) == pytest.approx(found.cost, abs=1e-12)
 
 
@@ -116,12 +120,12 @@ def test_the_bound_holds_whenever_the_budget_ends(seed: int) -> None:
     bounds = []
     for limit in range(12):
         graph = RandomGraph(np.random.default_rng(seed))
-        found = search(graph, Budget(max_iterations=limit))
-        assert found.lower_bound <= graph.optimum * (1 + 1e-12)
+        status, found, _ = search(graph, Budget(max_iterations=limit))
+        assert found.bound <= graph.optimum * (1 + 1e-12)
         assert found.expanded <= limit
-        if found.status is Status.SOLVED:
+        if status is Status.SOLVED:
             assert found.cost >= graph.optimum * (1 - 1e-12)
-        bounds.append(found.lower_bound)
+        bounds.append(found.bound)
     assert bounds == sorted(bounds)
 
 
@@ -130,7 +134,7 @@ def test_same_graph_same_search(seed: int) -> None:
     """Ties are broken the same way every time: two runs judge the same arcs in the same order."""
     first = RandomGraph(np.random.default_rng(seed))
     second = RandomGraph(np.random.default_rng(seed))
-    assert search(first).path == search(second).path
+    assert search(first)[2] == search(second)[2]
     assert first.judged == second.judged
 
 
@@ -146,8 +150,9 @@ def test_an_interrupt_keeps_what_is_known() -> None:
 
     graph.judge = interrupt  # type: ignore[method-assign]
     log = Log(Budget().start())
-    found = BestFirstSearch(graph, log).run()
-    assert found.status is Status.INTERRUPTED
-    assert 0.0 <= found.lower_bound <= graph.optimum
+    found = BestFirstSearch(graph, log)
+    status = found.run()
+    assert status is Status.INTERRUPTED
+    assert 0.0 <= found.bound <= graph.optimum
     assert found.generated > 0
-    assert log.history[-1][2] == found.lower_bound
+    assert log.history[-1][2] == found.bound

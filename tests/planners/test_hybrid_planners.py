@@ -129,8 +129,12 @@ def test_parameters_are_declared_and_checked(name: str) -> None:
         assert parameter.meaning.endswith(".")
     with pytest.raises(InputError, match="root_share"):
         make_planner(name, {"root_share": 2.0})
-    with pytest.raises(InputError, match="greed"):
-        make_planner(name, {"gred": 2.0})
+    with pytest.raises(InputError, match="did you mean 'progress_bias'"):
+        make_planner(name, {"progres_bias": 2.0})
+    for parameter in PLANNERS[name].parameters:
+        if parameter.was:
+            with pytest.raises(InputError, match=f"it is called '{parameter.name}' now"):
+                make_planner(name, {parameter.was: parameter.default})
     assert make_planner(name, {"batch": 7}).settings["batch"] == 7
 
 

@@ -14,7 +14,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph import hub_bounds, lane_graph
+from gm_ompl.graph import hub_bounds
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.planners import lane_search, lane_sources
@@ -58,8 +58,8 @@ def restless(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the search renew keys and sweep all lanes at almost every step."""
     monkeypatch.setattr(lane_search, "FIRST_SWEEP", 2.0)
     monkeypatch.setattr(lane_sources, "LARGEST_BLOCK", 3)
-    monkeypatch.setattr(lane_graph, "SWEPT_PER_LANE", 1e-9)
-    monkeypatch.setattr(lane_graph, "SWEPT_PER_SEGMENT", 1e-9)
+    price = LaneGraph.sweep_price
+    monkeypatch.setattr(LaneGraph, "sweep_price", lambda graph: 1e-9 * price(graph))
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -7,23 +7,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
+from gm_ompl.contact.environment import Environment, Obstacle
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.solids import box as box_piece
 from gm_ompl.geometry.surface import PlacementTable, placements
+from gm_ompl.motion.arc import Motion
 from gm_ompl.motion.lattice import Goal, Lattice
-from gm_ompl.motion.motion import Motion
 from gm_ompl.motion.path import PathMotion, path_lattice, tumble_towards
 from gm_ompl.motion.screw import Slide
-from gm_ompl.problem import (
-    CostSettings,
-    Environment,
-    Fingers,
-    MechanicsSettings,
-    Obstacle,
-    Problem,
-)
+from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
 
 MakeBox = Callable[..., Instant]
 

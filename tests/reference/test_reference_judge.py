@@ -5,9 +5,9 @@ import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
-from gm_ompl.motion.lattice_graph import way_along
+from gm_ompl.motion.object_graph import way_along
 from gm_ompl.problem import Problem
-from gm_ompl.reference.judge import Finding, ReferenceJudge
+from gm_ompl.reference.judge import ReferenceJudge, Ruling
 from gm_ompl.reference.modes import Modes, decide_modes
 
 MakeProblem = Callable[..., Problem]
@@ -63,25 +63,24 @@ def test_findings_of_a_segment(problem: MakeProblem) -> None:
     p = problem(grid=(3, 1), f_max=(10.0, 10.0))
     behind = (place(p, "-x", (0, 0)), place(p, "-x", (2, 0)))
     judge = ReferenceJudge(p)
-    assert judge.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Finding.HOLDS
-    assert judge.segment(p.motion.moment((0.5,), (-1.0,)), behind).finding is Finding.NO_EQUILIBRIUM
+    assert judge.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Ruling.HOLDS
+    assert judge.segment(p.motion.moment((0.5,), (-1.0,)), behind).finding is Ruling.NO_EQUILIBRIUM
     strict = ReferenceJudge(problem(grid=(3, 1), z_min=100.0))
-    assert strict.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Finding.TOO_WEAK
+    assert strict.segment(p.motion.moment((0.5,), (1.0,)), behind).finding is Ruling.TOO_WEAK
     walled = problem(grid=(3, 1), walls=[([-9, -9, 0], [-2.6, 9, 9])])
     blocked = ReferenceJudge(walled).segment(walled.motion.moment((0.0,), (1.0,)), behind)
-    assert blocked.finding is Finding.PENETRATION
+    assert blocked.finding is Ruling.PENETRATION
     assert blocked.decision is None
 
 
 def test_resting_box_may_be_let_go(problem: MakeProblem) -> None:
     """A box on its face rests by itself; on its edge it does not."""
     p = problem(f_max=(10.0,))
-    assert ReferenceJudge(p).rest(p.motion.pose((0.0,)), (0,), 0).finding is Finding.HOLDS
+    assert ReferenceJudge(p).rest(p.motion.pose((0.0,)), (0,), 0).finding is Ruling.HOLDS
     tipped = problem(f_max=(10.0,), tumble=np.pi / 2)
-    assert ReferenceJudge(tipped).rest(tipped.motion.pose((0.0,)), (0,), 0).finding is Finding.HOLDS
+    assert ReferenceJudge(tipped).rest(tipped.motion.pose((0.0,)), (0,), 0).finding is Ruling.HOLDS
     assert (
-        ReferenceJudge(tipped).rest(tipped.motion.pose((0.5,)), (0,), 0).finding
-        is not Finding.HOLDS
+        ReferenceJudge(tipped).rest(tipped.motion.pose((0.5,)), (0,), 0).finding is not Ruling.HOLDS
     )
 
 

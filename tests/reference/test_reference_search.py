@@ -14,14 +14,13 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose, Twist
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.lattice import Lattice
-from gm_ompl.motion.lattice_graph import way_along
-from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.object_graph import way_along
+from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide
-from gm_ompl.motion.straight import Straight
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
-from gm_ompl.reference.judge import Finding, ReferenceJudge
+from gm_ompl.reference.judge import ReferenceJudge, Ruling
 from gm_ompl.reference.modes import Modes
 from gm_ompl.reference.search import SearchStatus, plain_search
 
@@ -85,7 +84,7 @@ def explicit_optimum(problem: Problem) -> float:
             if (other, p) in number and arc is not None:
                 arcs[k, number[other, p]] = arc.cost
         for i in range(n):
-            free = judge.rest(problem.motion.pose(q), p, i).finding is Finding.HOLDS
+            free = judge.rest(problem.motion.pose(q), p, i).finding is Ruling.HOLDS
             for target in rows:
                 head = (at, (*p[:i], target, *p[i + 1 :]))
                 if free and target != p[i] and head in number:

@@ -14,11 +14,10 @@ from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem
-from gm_ompl.sampling.draws import SetDraw
 from gm_ompl.sampling.lane_sample import LaneSample
-from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.routes import Route
+from gm_ompl.sampling.route_maker import Route
 
 
 def _store(problem: Problem, judge: Judge) -> LaneStore:

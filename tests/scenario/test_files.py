@@ -17,10 +17,10 @@ def test_the_papers_scenarios_ship() -> None:
     for name in shipped():
         scenario = load(name)
         assert scenario.name == name
-        assert scenario.source
-        assert scenario.description
-        assert scenario.expect.status is not None
-        assert scenario.expect.regrasps is not None
+        assert scenario.model.source
+        assert scenario.model.description
+        assert scenario.model.expect.status is not None
+        assert scenario.model.expect.regrasps is not None
 
 
 @pytest.mark.parametrize(

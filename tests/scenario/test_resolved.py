@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gm_ompl.errors import ScenarioError
-from gm_ompl.motion.motion import Motion
+from gm_ompl.motion.arc import Motion
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.document import dump, parse
 from gm_ompl.scenario.load import load, shipped

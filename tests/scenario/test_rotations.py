@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gm_ompl.scenario.rotations import RotationModel, rotation_matrix
+from gm_ompl.scenario.fields import RotationModel
+from gm_ompl.scenario.motions import rotation_matrix
 
 
 @pytest.mark.parametrize("seed", range(10))

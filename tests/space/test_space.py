@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gm_ompl.planners.ompl.callbacks import cost_bound
 from gm_ompl.planners.ompl.motions import waypoints
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.sampling.lines import same
@@ -140,7 +139,7 @@ def test_heuristic_is_admissible(name: str, make_hybrid: MakeHybrid) -> None:
     reached = 0
     for (a, b), cost in costs.items():
         through = min(costs[a, c] + costs[c, b] for c in states)
-        bound = cost_bound(motions.model, a, b)
+        bound = motions.model.least_cost(a, b)
         assert bound <= min(cost, through) * (1.0 + 1e-12) + 1e-12
         reached += math.isfinite(cost)
     assert reached > len(states)

@@ -37,7 +37,7 @@ class Pretended:
             if len(self.made) == self.breaks_after:
                 raise KeyboardInterrupt
             self.made.append(task.key())
-            lean = float(task.parameters["lean"])
+            lean = float(task.parameters["placement_bias"])
             decisions = round(1000.0 * (1.0 + (lean - 5.0) ** 2)) + task.seed % 7
             yield task, {
                 "status": "solved", "cost": 10.0 + lean, "first_plan_s": 0.1, "search_s": 0.2,
@@ -63,15 +63,15 @@ def test_only_bounded_parameters_are_searched() -> None:
 
 
 def test_tuning_finds_what_is_better_and_says_how_much(tmp_path: Path) -> None:
-    """Of a bowl about lean = 5 the winner is nearer than the default 2; its gain is the ratio."""
+    """Of a bowl about a bias of 5 the winner is nearer than the default, 2; its gain the ratio."""
     with Store(tmp_path / "runs.sqlite") as store:
         tuned = tune(design(trials=30), store, Pretended(), tmp_path / "journal")
     first, best = tuned.trials[0], tuned.trials[tuned.best]
     defaults = {p.name: p.default for p in PLANNERS["HybridRRT"].parameters}
     assert first.parameters == defaults
-    lean = float(best.parameters["lean"])
+    lean = float(best.parameters["placement_bias"])
     assert abs(lean - 5.0) < 1.5 and best.values < first.values
-    assert max(tuned.importances, key=lambda name: tuned.importances[name]) == "lean"
+    assert max(tuned.importances, key=lambda name: tuned.importances[name]) == "placement_bias"
     won = tuned.gains["decisions"]
     assert won.supported and won.factor == pytest.approx(10.0 / (1 + (lean - 5) ** 2), rel=0.05)
     assert tuned.gains["cost"].factor == pytest.approx(12.0 / (10.0 + lean))

@@ -19,7 +19,7 @@ def expectations(instance: int) -> Result:
     """
     name = ON_PATHS[instance]
     plan = gm_ompl.plan(name)
-    wrong = list(disagreements(plan, load(name).expect))
+    wrong = list(disagreements(plan, load(name).model.expect))
     if plan.status == "solved" and not plan.optimal:
         wrong.append("not proven optimal")
     report = gm_ompl.check(plan)

@@ -148,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unit, found, bad = unit_of_work(), {}, 0
     for name in given.scenarios:
         plan, found[name] = measured(name, unit)
-        wrong = list(disagreements(plan, api.load(name).expect))
+        wrong = list(disagreements(plan, api.load(name).model.expect))
         then = before.get(name)
         wrong += worse(found[name], then, unit) if then is not None else ()
         sys.stdout.write(f"{name}: {moved(found[name], then or found[name])}\n")

@@ -23,15 +23,15 @@ def planned(name: str) -> Plan:
 def test_plans_are_as_expected_and_proven_optimal(name: str) -> None:
     """Status, regrasps, faces and modes are those of the scenario's ``expect``."""
     plan = planned(name)
-    assert list(disagreements(plan, load(name).expect)) == []
+    assert list(disagreements(plan, load(name).model.expect)) == []
     assert plan.optimal
     assert plan.lower_bound == pytest.approx(plan.cost, rel=1e-6)
 
 
 def test_disagreements_are_noticed() -> None:
     """Another scenario's expectations are not met."""
-    assert list(disagreements(planned("paper/push"), load("paper/slide").expect))
-    assert list(disagreements(planned("paper/tumble"), load("paper/regrasp").expect))
+    assert list(disagreements(planned("paper/push"), load("paper/slide").model.expect))
+    assert list(disagreements(planned("paper/tumble"), load("paper/regrasp").model.expect))
 
 
 def test_weak_fingers_push_at_opposite_ends() -> None:

@@ -14,8 +14,7 @@ from ompl import base as ob
 
 from gm_ompl.planners.ompl.convert import Codec
 from gm_ompl.planners.ompl.motions import Motions, StateDraws
-from gm_ompl.sampling.lines import extents
-from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
+from gm_ompl.sampling.motions import UNPLACED
 
 
 @final
@@ -127,22 +126,6 @@ class DirectedMotions(ob.MotionValidator):
         return self._motions.expand(read(origin), read(target)) is not None
 
 
-def cost_bound(model: ContinuousModel, origin: HybridState, target: HybridState) -> float:
-    """Return a lower bound on the cost of every plan from ``origin`` to ``target``.
-
-    A finger whose placement differs is regrasped at least once. Where none differs, either no
-    finger is regrasped and each travels at least the straight line between its places, or at
-    least one regrasp is paid for: the first case of Eq. (11), limited to X_regr. A finger
-    without placement gets its first one free of charge.
-    """
-    price = model.problem.cost.regrasp
-    pairs = list(zip(origin.placements, target.placements, strict=True))
-    changed = sum(UNPLACED not in pair and pair[0] != pair[1] for pair in pairs)
-    if changed or any(UNPLACED in pair for pair in pairs):
-        return changed * price
-    return min(model.least_travel(origin.q, target.q, target.placements), price)
-
-
 @final
 class PlanCost(ob.OptimizationObjective):
     """Eq. (9) for displacements plus Eq. (10) for regrasps; not symmetric."""
@@ -182,7 +165,7 @@ class PlanCost(ob.OptimizationObjective):
     @answered(0.0)
     def _bound(self, origin: Any, target: Any) -> float:
         read = self._codec.read
-        return cost_bound(self._motions.model, read(origin), read(target))
+        return self._motions.model.least_cost(read(origin), read(target))
 
 
 @final
@@ -252,7 +235,7 @@ class ObjectProjection(ob.ProjectionEvaluator):
     def __init__(self, space: Any, codec: Codec, guard: Guard) -> None:
         super().__init__(space)  # not kept: the space owns the projection
         self._codec, self._guard = codec, guard
-        self._extents = extents(codec.problem)
+        self._extents = codec.problem.motion.extents
 
     def getDimension(self) -> int:
         """Return the number of coordinates."""

@@ -93,7 +93,11 @@ class Codec:
         """Return what an OMPL state means; the state is not kept."""
         first = self._d
         rows = tuple(state[first + i].value + UNPLACED for i in range(self._n))
-        return HybridState(self._coordinates(state), rows)
+        q = tuple(
+            state[k][0] if centre is None else centre + state[k].value * self._scales[k]
+            for k, centre in enumerate(self._centres)
+        )
+        return HybridState(q, rows)
 
     def write(self, state: Any, meaning: HybridState, label: float = 0.0) -> None:
         """Make an OMPL state mean ``meaning``; states meant to differ get different labels."""
@@ -105,12 +109,6 @@ class Codec:
         for i, row in enumerate(meaning.placements):
             state[self._d + i].value = row - UNPLACED
         state[self._d + self._n][0] = label
-
-    def _coordinates(self, state: Any) -> Coordinates:
-        return tuple(
-            state[k][0] if centre is None else centre + state[k].value * self._scales[k]
-            for k, centre in enumerate(self._centres)
-        )
 
     def _angle(self, k: int, value: float) -> float:
         """Return the circular part, in [-pi, pi], that stands for coordinate ``k``."""

@@ -14,7 +14,7 @@ from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import ordered_sets
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Move, Placements, Problem
-from gm_ompl.sampling.lines import coarse_to_fine, extents, same, strides_needed, unwrapped
+from gm_ompl.sampling.lines import coarse_to_fine, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 
 MOTION_BYTES = 500
@@ -102,7 +102,7 @@ def waypoints(problem: Problem, start: Coordinates, end: Coordinates) -> list[Co
     if len(start) != 1 or problem.lattice.periods[0] is not None:
         return [start, end]
     u, v = start[0], end[0]
-    margin = NEAR_NODE * extents(problem)[0]
+    margin = NEAR_NODE * problem.motion.extents[0]
     axis = problem.lattice.axes[0].tolist()
     between = [(node,) for node in axis if min(u, v) + margin < node < max(u, v) - margin]
     return [start, *(between if u < v else reversed(between)), end]
@@ -225,7 +225,7 @@ class StateDraws:
         """Return how far ``q`` is from the goal: the most over the coordinates' ranges."""
         goal, worst = self._problem.goal, 0.0
         for value, low, high, period, extent in zip(
-            q, goal.low, goal.high, goal.periods, extents(self._problem), strict=True
+            q, goal.low, goal.high, goal.periods, self._problem.motion.extents, strict=True
         ):
             if low is None or high is None:
                 continue

@@ -6,7 +6,7 @@ import math
 from collections import defaultdict, deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from ompl import util as ou
@@ -18,16 +18,12 @@ from gm_ompl.planners.growth import Vertices
 from gm_ompl.planners.ompl.adapter import Explored
 from gm_ompl.planners.ompl.motions import Motions
 from gm_ompl.planners.ompl.setup import HybridSetup
-from gm_ompl.planners.planner import Budget, Meter, Planner, Progress, Report, SearchResult, Status
+from gm_ompl.planners.outcome import Log, result_of
+from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status
 from gm_ompl.planners.trace import Trace, Vertex, tracer
 from gm_ompl.problem import Displacement, Move, Problem
 from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
 from gm_ompl.sampling.stages import states_along
-
-_NO_MOVES: tuple[Move, ...] = ()
-
-REPORT_EVERY = 64
-"""Iterations between two progress events."""
 
 
 @contextmanager
@@ -45,111 +41,72 @@ def run(
     planner: Planner, judge: Judge, budget: Budget, rng: np.random.Generator, report: Report
 ) -> SearchResult:
     """Search with the OMPL planner that ``planner`` names and sets."""
-    meter, decided = budget.start(), judge.mode_decisions
+    log = Log(budget.start(), judge, report)
+    watch = _Watch(planner.specs.optimal, log)
     with silence():
         setup = HybridSetup(judge, rng)
-        watch = _Watch(setup, planner, meter, report, decided)
-        status, moves = Status.BUDGET, _NO_MOVES
+        status, refuted = Status.BUDGET, 0
+        moves: tuple[Move, ...] | None = None
         try:
             if not setup.draws.start_and_goal_possible():
                 status = Status.INFEASIBLE
             else:
-                status, moves = _search(setup, planner, budget, watch)
+                moves = _search(setup, planner, budget, watch)
+                status = Status.BUDGET if moves is None else Status.SOLVED
+        except PathError:
+            refuted = 1
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
-        cost = math.fsum(move.cost for move in moves) if status is Status.SOLVED else None
-        watch.note(cost)
+        watch.cost = math.inf if moves is None else math.fsum(move.cost for move in moves)
+        watch.event()
         trace = tracer(report)
         if trace is not None and watch.planner is not None:
             tell(setup.explored(), setup.motions, trace)
-        return SearchResult(
-            status=status,
-            moves=moves,
-            cost=cost,
-            lower_bound=math.inf if status is Status.INFEASIBLE else 0.0,
-            statistics=watch.statistics(),
-        )
+        statistics = log.statistics(
+            watch.iterations, setup.motions.asked, valid_motions=setup.motions.valid,
+            refuted_paths=refuted,
+        )  # fmt: skip
+        bound = math.inf if status is Status.INFEASIBLE else 0.0
+        return result_of(status, watch.cost, bound, moves or (), statistics)
 
 
 def _search(
     setup: HybridSetup, planner: Planner, budget: Budget, watch: _Watch
-) -> tuple[Status, tuple[Move, ...]]:
+) -> tuple[Move, ...] | None:
+    """Return the moves of the path that OMPL found; None where it found none."""
     setup.use(planner)
     endless = budget.time_limit is None and budget.max_iterations is None and budget.stop is None
     if endless:
         setup.stop_at_first_plan()
     watch.planner = setup.getPlanner()
-    setup.run(watch, watch.meter.spent)
+    setup.run(watch, watch.log.meter.spent)
     states = setup.solution()
-    if states is None:
-        return Status.BUDGET, _NO_MOVES
-    try:
-        return Status.SOLVED, judged_anew(setup.judge.problem, states)
-    except PathError:
-        watch.refuted += 1
-        return Status.BUDGET, _NO_MOVES
+    return None if states is None else judged_anew(setup.judge.problem, states)
 
 
 @final
 class _Watch:
     """Counts a run's iterations and tells when to stop; OMPL asks it once per iteration."""
 
-    def __init__(
-        self, setup: HybridSetup, asked: Planner, meter: Meter, report: Report, decided: int
-    ) -> None:
-        self.meter, self.planner = meter, None
-        self.iterations = self.refuted = 0
-        self._anytime, self._report = asked.specs.optimal, report
-        self._motions, self._judge, self._decided = setup.motions, setup.judge, decided
-        self._best: float | None = None
-        self._history: list[list[float | None]] = []
+    def __init__(self, anytime: bool, log: Log) -> None:
+        self.log, self.planner = log, None
+        self.iterations, self.cost = 0, math.inf
+        self._anytime = anytime
 
     def __call__(self) -> bool:
         """Count an iteration; whether the run is over."""
-        over = self.meter.spent(self.iterations)
+        over = self.log.meter.spent(self.iterations)
         self.iterations += 1
-        if self._anytime:
-            self.note(_best_cost(self.planner))
-        if self.iterations % REPORT_EVERY == 1:
-            self._progress()
+        if self._anytime and (cost := float(self.planner.bestCost().value())) < self.cost:  # type: ignore[attr-defined]
+            self.cost = cost
+            self.event()
+        elif self.log.due():
+            self.event()
         return over
 
-    def note(self, cost: float | None) -> None:
-        """Note the cost of the best plan known, where it has become smaller."""
-        if cost is not None and (self._best is None or cost < self._best):
-            self._best = cost
-            self._history.append([self.meter.elapsed(), cost, 0.0])
-
-    def _progress(self) -> None:
-        self._report(
-            Progress(
-                time=self.meter.elapsed(),
-                expanded=self.iterations,
-                open=0,
-                mode_decisions=self._judge.mode_decisions - self._decided,
-                cost=self._best,
-                lower_bound=0.0,
-            )
-        )
-
-    def statistics(self) -> dict[str, Any]:
-        """Return what the run did."""
-        elapsed = self.meter.elapsed()
-        return {
-            "time_s": elapsed,
-            "expanded": self.iterations,
-            "generated": self._motions.asked,
-            "valid_motions": self._motions.valid,
-            "mode_decisions": self._judge.mode_decisions - self._decided,
-            "refuted_paths": self.refuted,
-            "history": self._history or [[elapsed, None, 0.0]],
-        }
-
-
-def _best_cost(planner: Any) -> float | None:
-    """Return the cost that an improving planner claims for its best path, or None."""
-    cost = float(planner.bestCost().value())
-    return cost if math.isfinite(cost) else None
+    def event(self) -> None:
+        """Tell of the progress."""
+        self.log.event(self.cost, 0.0, self.iterations, 0)
 
 
 def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, ...]:
@@ -173,14 +130,10 @@ def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, 
             )
         if number:
             # The moves' own ends count: unwrapped, and free of OMPL's rounding.
-            here = HybridState(_end(found, here), state.placements)
+            ends = [move.end for move in found if isinstance(move, Displacement)]
+            here = HybridState(ends[-1] if ends else here.q, state.placements)
         moves.extend(found)
     return tuple(moves)
-
-
-def _end(moves: Sequence[Move], before: HybridState) -> tuple[float, ...]:
-    ends = [move.end for move in moves if isinstance(move, Displacement)]
-    return ends[-1] if ends else before.q
 
 
 def _shown(state: HybridState) -> str:

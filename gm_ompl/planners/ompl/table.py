@@ -42,7 +42,7 @@ FEW_GOAL_STATES = replace(GOAL_STATES, default=10)
 
 
 @dataclass(frozen=True)
-class Row:
+class Offer:
     """One of OMPL's planners that is sound for one-way motion.
 
     Attributes:
@@ -58,22 +58,22 @@ class Row:
 
 _STAR: Final = (RANGE, GOAL_BIAS, GUIDED, FIRST_PLAN)
 
-OMPL_PLANNERS: Final[dict[str, Row]] = {
-    "RRT": Row("A tree from the start.", (RANGE, GOAL_BIAS, GUIDED)),
-    "RRTConnect": Row(
+OMPL_PLANNERS: Final[dict[str, Offer]] = {
+    "RRT": Offer("A tree from the start.", (RANGE, GOAL_BIAS, GUIDED)),
+    "RRTConnect": Offer(
         "Two trees; the goal's is judged in the direction of execution.", (RANGE, GOAL_STATES)
     ),
-    "RRTstar": Row("A tree from the start that is rewired towards the optimum.", _STAR, True),
-    "InformedRRTstar": Row(
+    "RRTstar": Offer("A tree from the start that is rewired towards the optimum.", _STAR, True),
+    "InformedRRTstar": Offer(
         "RRTstar that draws only states that could improve the plan.", _STAR, True
     ),
-    "SORRTstar": Row("InformedRRTstar that draws in order of promise.", _STAR, True),
-    "BITstar": Row(
+    "SORRTstar": Offer("InformedRRTstar that draws in order of promise.", _STAR, True),
+    "BITstar": Offer(
         "A heuristic search over batches of states.", (SAMPLES, FEW_GOAL_STATES, FIRST_PLAN), True
     ),
-    "FMT": Row("One pass over a given number of states.", (SAMPLES, FEW_GOAL_STATES)),
+    "FMT": Offer("One pass over a given number of states.", (SAMPLES, FEW_GOAL_STATES)),
     # OMPL draws near known states, where the placements hardly ever change: hence the guide.
-    "KPIECE1": Row(
+    "KPIECE1": Offer(
         "A tree that spreads over the object's coordinates.",
         (RANGE, GOAL_BIAS, replace(GUIDED, default=0.8)),
     ),

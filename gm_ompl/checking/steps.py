@@ -1,4 +1,4 @@
-"""Judges one displacement: Sec. 4.2, Eq. (9), and whether its arc is the scenario's motion."""
+"""Judges one step: Sec. 4.2, Eqs. (9) and (10), and whether its arc is the scenario's motion."""
 
 from __future__ import annotations
 
@@ -6,15 +6,21 @@ import math
 
 import numpy as np
 
-from gm_ompl.checking.coordinates import crossed, lattice_steps, outside
-from gm_ompl.checking.hold import check_hold
-from gm_ompl.checking.places import check_placements, check_pose
+from gm_ompl.checking.coordinates import crossed, lattice_steps
+from gm_ompl.checking.hold import (
+    check_coordinates,
+    check_hold,
+    check_placement,
+    check_placements,
+    check_pose,
+    named,
+)
 from gm_ompl.checking.recheck import Hold, Recheck
-from gm_ompl.checking.report import Findings, listed
+from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.motion.arc import Arc
 from gm_ompl.planfile.arcs import arc_record
-from gm_ompl.planfile.model import DisplacementStep
+from gm_ompl.planfile.model import DisplacementStep, RegraspStep
 from gm_ompl.planfile.record import ArcRecord, RotationArc, StraightArc, TranslationArc, Turn
 from gm_ompl.problem import Placements
 
@@ -42,22 +48,9 @@ def check_displacement(recheck: Recheck, step: DisplacementStep, found: Findings
 def _check_coordinates(recheck: Recheck, step: DisplacementStep, found: Findings) -> bool:
     """Judge the coordinates; return whether the rest of the step can be judged."""
     problem, tolerances = recheck.problem, recheck.tolerances
-    for name, q in (("from", step.from_), ("to", step.to)):
-        if not found.check(
-            "coordinates",
-            len(q) == problem.motion.dimension,
-            f"'{name}' has {len(q)} coordinates; the motion has {problem.motion.dimension} "
-            f"({', '.join(problem.motion.names)})",
-        ):
-            return False
-        off = outside(problem, q)
-        if not found.check(
-            "coordinates",
-            off <= tolerances.coordinate,
-            f"'{name}' {list(q)} is out of bounds {list(problem.motion.low)} to "
-            f"{list(problem.motion.high)} by {off:.3g} of the range",
-        ):
-            return False
+    ends = (("from", step.from_), ("to", step.to))
+    if not all(check_coordinates(recheck, name, q, found) for name, q in ends):
+        return False
     span = float(np.abs(np.subtract(step.to, step.from_)).max())
     if not found.check(
         "coordinates",
@@ -128,15 +121,12 @@ def _check_cost(
     if not (z > 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
     weights = 1.0 + recheck.problem.cost.stability / z
-    cost = float((weights @ arc.chords(recheck.centres(rows), len(z))).max(initial=0.0))
+    cost = float(
+        (weights @ arc.chords(recheck.problem.fingers.centres(rows), len(z))).max(initial=0.0)
+    )
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
-    found.check(
-        "cost",
-        abs(step.cost - cost) <= allowed,
-        f"cost {step.cost:.9g} is claimed; Eq. (9) gives {cost:.9g} "
-        f"(off by {abs(step.cost - cost):.3g}, allowed {allowed:.3g})",
-    )
+    found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")
 
 
 def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -> None:
@@ -153,13 +143,7 @@ def check_arc(recheck: Recheck, claimed: ArcRecord, arc: Arc, found: Findings) -
         recheck.diagonal, *np.abs([arc.start.position, arc.end.position]).ravel().tolist()
     )
     for what, have, want, allowed in _parts(claimed, wanted, length, recheck.tolerances.direction):
-        off = float(np.abs(np.subtract(have, want)).max())
-        found.check(
-            "arc",
-            off <= allowed,
-            f"{what} {listed(have)} is claimed; between these coordinates it is {listed(want)} "
-            f"(off by {off:.3g}, allowed {allowed:.3g})",
-        )
+        found.claim("arc", what, (have, want), allowed, where="between these coordinates")
 
 
 Part = tuple[str, tuple[float, ...], tuple[float, ...], float]
@@ -193,3 +177,89 @@ def _turns(claimed: Turn, wanted: Turn, length: float, angle: float) -> list[Par
         ("rotation.axis", claimed.axis, tuple((sign * axis).tolist()), angle),
         ("rotation.angle", (claimed.angle,), (sign * wanted.angle,), angle),
     ]
+
+
+def check_regrasp(recheck: Recheck, step: RegraspStep, found: Findings) -> None:
+    """Judge a regrasping step by itself; note what does not hold."""
+    rows = check_placements(recheck, step.placements, found)
+    target = check_placement(recheck, "to", step.to, found)
+    judged = check_coordinates(recheck, "at", step.at, found) and _check_finger(
+        recheck, step, found
+    )
+    if not judged or rows is None:
+        return
+    reason = recheck.blocked(recheck.problem.motion.pose(step.at), rows)
+    found.check("geometry", reason is None, f"before the regrasp: {reason}")
+    if target is not None:
+        _check_target(recheck, step, rows, target, found)
+    _check_rest(recheck, step, rows, found)
+    found.cost = recheck.problem.cost.regrasp
+    allowed = recheck.tolerances.cost * found.cost
+    found.claim("cost", "cost", (step.cost, found.cost), allowed, where="by Eq. (10)")
+
+
+def _check_finger(recheck: Recheck, step: RegraspStep, found: Findings) -> bool:
+    """Judge which finger is lifted and the lists with one entry per finger."""
+    count, finger = recheck.problem.fingers.count, step.finger
+    if not found.check(
+        "lifted finger",
+        finger < count,
+        f"finger {finger} is lifted; the hand's fingers are 0 to {count - 1}",
+    ):
+        return False
+    sizes = (len(step.modes), len(step.f_com), len(step.placements))
+    if not found.check(
+        "lifted finger",
+        sizes == (count, count, count),
+        f"modes, f_com and placements have {sizes} entries; the hand has {count} fingers",
+    ):
+        return False
+    held = step.placements[finger]
+    check_placement(recheck, "from", step.from_, found)
+    found.check(
+        "lifted finger",
+        (step.from_.face, step.from_.cell) == (held.face, held.cell),
+        f"'from' is {step.from_.face}:{list(step.from_.cell)}; finger {finger} is at "
+        f"{held.face}:{list(held.cell)}",
+    )
+    missing = [i for i, mode in enumerate(step.modes) if mode is None]
+    return found.check(
+        "lifted finger",
+        missing == [finger] and step.f_com[finger] is None,
+        f"finger {finger} is lifted, so its mode and f_com, and no other finger's mode, are "
+        f"null; modes are {list(step.modes)}, f_com {list(step.f_com)}",
+    )
+
+
+def _check_target(
+    recheck: Recheck, step: RegraspStep, rows: Placements, target: int, found: Findings
+) -> None:
+    found.check(
+        "target",
+        target != rows[step.finger],
+        f"finger {step.finger} is set down at {named(recheck, target)}, where it was",
+    )
+    taken = [i for i, row in enumerate(rows) if row == target and i != step.finger]
+    found.check(
+        "target",
+        not taken,
+        f"{named(recheck, target)} is taken by finger {taken[0] if taken else ''}",
+    )
+    after = (*rows[: step.finger], target, *rows[step.finger + 1 :])
+    reason = recheck.blocked(recheck.problem.motion.pose(step.at), after)
+    found.check(
+        "target", reason is None, f"finger {step.finger} at {named(recheck, target)}: {reason}"
+    )
+
+
+def _check_rest(recheck: Recheck, step: RegraspStep, rows: Placements, found: Findings) -> None:
+    rest = tuple(i for i in range(len(rows)) if i != step.finger)
+    hold = Hold(
+        contacts=recheck.contacts(recheck.problem.motion.moment(step.at)),
+        fingers=rest,
+        rows=tuple(rows[i] for i in rest),
+        modes=tuple(ControlMode(step.modes[i]) for i in rest),
+        f_com=tuple(step.f_com[i] for i in rest),
+        z=step.z,
+    )
+    check_hold(recheck, hold, found)
