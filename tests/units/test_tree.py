@@ -8,11 +8,11 @@ import pytest
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.sets import PlacementSets
-from gm_ompl.sampling.draws import SetDraw
-from gm_ompl.sampling.lane_store import LaneStore
+from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.routes import Route
-from gm_ompl.sampling.tree import ROOT, Tree, TreeSettings
+from gm_ompl.sampling.route_maker import Route
+from gm_ompl.sampling.settings import ExploringSettings
+from gm_ompl.sampling.tree import ROOT, Tree
 from gm_ompl.scenario.load import load
 
 
@@ -26,7 +26,7 @@ def test_branches_hold_and_hang_together(ahead: bool) -> None:
     sets = PlacementSets(problem.fingers.groups())
     store, rng = LaneStore(judge, sets, route), np.random.default_rng(0)
     tree = Tree(
-        problem, store, SetDraw(problem, judge, 1.0, 0.2), ahead, TreeSettings(batch=16), rng
+        problem, store, SetDraw(problem, judge, 1.0, 0.2), ahead, ExploringSettings(batch=16), rng
     )
     for _ in range(30):
         number = tree.grow(lambda: False)
