@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, LimitError
 
 
 class Exit(enum.IntEnum):
@@ -58,6 +58,8 @@ def guarded(command: Callable[..., Exit]) -> Callable[..., None]:
             sys.stdout.flush()
         except KeyboardInterrupt:
             code = _fail(Exit.INTERRUPTED, "interrupted", kwargs)
+        except LimitError as error:
+            code = _fail(Exit.BUDGET, str(error), kwargs)
         except InputError as error:
             code = _fail(Exit.BAD_INPUT, str(error), kwargs)
         except OSError as error:

@@ -77,6 +77,9 @@ class ExplainVerb:
     samples: Annotated[int | None, option("Sets of placements judged at most.", "N", min=1)] = None
     seed: Annotated[int, option("Seed of the sampling.", "N", min=0)] = 0
     time_limit: Annotated[float, option("For all of it; 0: without any search.", "S", min=0)] = 30.0
+    memory_limit: Annotated[
+        float | None, option("Stop when the process uses this much memory.", "MB", min=1)
+    ] = None
     overrides: Overrides = None
     as_json: AsJson = False
 

@@ -8,11 +8,12 @@ from typing import Any, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.diagnosis.instants import Explainer
 from gm_ompl.diagnosis.limits import Answer, Deadline, Holds, Words, knobs, least
 from gm_ompl.diagnosis.regions import Region
 from gm_ompl.diagnosis.values import Attempt, Remedy, SetLine
-from gm_ompl.errors import ScenarioError
+from gm_ompl.errors import LimitError, ScenarioError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
@@ -61,10 +62,15 @@ def search(
         InputError: the start or the goal is off the lattice.
         KeyboardInterrupt: it was interrupted.
     """
-    judge, seen = Judge(problem, make_backend(problem)), _Seen()
-    limits = Budget(max(seconds, LEAST_SECONDS), max_iterations, stop=seen.planned)
+    seconds, seen = max(seconds, LEAST_SECONDS), _Seen()
+    asked = Budget(seconds, max_iterations, stop=seen.planned)
     rng = np.random.default_rng(seed)
-    status = make_planner(planner).solve(problem, judge, limits, rng, seen).status
+    try:
+        with limits.holding(seconds):
+            judge = Judge(problem, make_backend(problem))
+            status = make_planner(planner).solve(problem, judge, asked, rng, seen).status
+    except LimitError:  # before the search could begin
+        return Status.BUDGET
     if status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return status
@@ -150,8 +156,12 @@ def for_placements(
 
 def _kept(problem: Problem, placements: Placements, deadline: Deadline) -> Answer:
     """Whether placements hold from start to goal."""
-    explainer = Explainer(problem, Judge(problem, make_backend(problem)), deadline.passed)
-    region = Region(explainer, placements, backwards=False)
+    try:
+        with limits.holding(deadline.left()):
+            explainer = Explainer(problem, Judge(problem, make_backend(problem)), deadline.passed)
+            region = Region(explainer, placements, backwards=False)
+    except LimitError:
+        return Answer.UNKNOWN
     if region.arrived:
         return Answer.YES
     return Answer.UNKNOWN if region.cut_short else Answer.NO

@@ -9,6 +9,7 @@ import numpy as np
 
 from gm_ompl.arrays import BoolArray
 from gm_ompl.diagnosis.values import FacesLine, SetLine, Survey
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.holds.goals import restricted
@@ -113,7 +114,10 @@ def survey(
     for placements, *_ in nearest[:CLOSEST]:
         if closest and stop():
             break
-        closest.append(describe(placements))
+        try:
+            closest.append(describe(placements))
+        except LimitError:
+            break
     return Survey(
         where=where,
         possible=possible,

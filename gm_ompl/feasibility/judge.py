@@ -12,6 +12,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.caches import Memo
 from gm_ompl.contact.decision import ModeDecision
@@ -85,6 +86,14 @@ class Judge:
         self._environments = Memo[Hashable, int](each)
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
+        rows, kinds = len(self.problem.fingers.placements), len(self._centres)
+        if len(self._radii) < 2:
+            return ((None,),) * len(self._radii)
+        limits.claim(
+            float(kinds * rows) ** 2,
+            f"the clearances of {rows:,} placements from each other",
+            "lower fingers.placements.grid or name fewer fingers.placements.faces",
+        )
         pairs: dict[tuple[float, float], BoolArray] = {}
         for a in self._centres:
             for b in self._centres:
@@ -108,6 +117,7 @@ class Judge:
         """Return what geometry says at ``pose``."""
         known = self._nodes.get(pose.key)
         if known is None:
+            limits.check()
             self.configurations += 1
             pose_class = self._pose_classes.of(pose)
             if pose_class is not None:
@@ -123,6 +133,7 @@ class Judge:
         """Return what geometry says everywhere along ``arc``, its ends included."""
         known = self._arcs.get(arc.key)
         if known is None:
+            limits.check()
             known = self._along(arc)
             self._arcs[arc.key] = known
         return known
@@ -179,6 +190,7 @@ class Judge:
 
         At rest all contacts are static.
         """
+        limits.check()
         known = self._environments.get(moment.key)
         if known is None:
             known = self._contact_state(moment)

@@ -6,6 +6,7 @@ the lanes that share the other placements.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -24,7 +25,7 @@ def lane_table(judge: Judge, stop: Stop) -> tuple[tuple[int, ...], ArcTable]:
     most searches hardly need those of the others.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
     graph = judge.problem.object_graph
     leaving = _explored(graph, stop)
@@ -76,9 +77,15 @@ def _frame(
 
 def _hops(tail: IntArray, head: IntArray, goal: np.ndarray) -> IntArray:
     """Return how many arcs each node is from the goal; a large number where there is no way."""
-    hops = np.where(goal, 0, len(goal))
-    while True:
-        before = hops.copy()
-        np.minimum.at(hops, tail, hops[head] + 1)
-        if (hops == before).all():
-            return hops
+    into: list[list[int]] = [[] for _ in goal]
+    for a, b in zip(tail.tolist(), head.tolist(), strict=True):
+        into[b].append(a)
+    hops = np.where(goal, 0, len(goal)).tolist()
+    waiting = deque(np.flatnonzero(goal).tolist())
+    while waiting:
+        here = waiting.popleft()
+        for node in into[here]:
+            if hops[node] > hops[here] + 1:
+                hops[node] = hops[here] + 1
+                waiting.append(node)
+    return np.array(hops, dtype=np.int64)

@@ -12,11 +12,15 @@ from typing import Final, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.problem import Placements
 
 LIFTED: Final = -1
 """Stands for the placement of a finger that does not touch the object."""
+
+CANDIDATE_BYTES: Final = 50.0
+"""What a candidate for a set takes while all sets are listed."""
 
 Groups = tuple[tuple[int, ...], ...]
 Clearances = Sequence[Sequence[BoolArray | None]]
@@ -169,15 +173,19 @@ def _spread(groups: Groups, row_of: Mapping[int, int]) -> Placements:
 def placement_sets(
     groups: Groups, allowed: Sequence[BoolArray], clear: Clearances, most: int
 ) -> IntArray | None:
-    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``."""
+    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``.
+
+    None, too, where they are beyond the memory that may be taken.
+    """
     n = len(allowed)
     sets = np.zeros((1, 0), dtype=np.int64)
     group_of = {finger: group for group in groups for finger in group}
     for i in range(n):
         rows = np.flatnonzero(allowed[i])
-        if len(sets) * len(rows) > 8 * most:
+        candidates = len(sets) * len(rows)
+        if candidates > 8 * most or not limits.fits(CANDIDATE_BYTES * candidates):
             return None
-        left, right = np.divmod(np.arange(len(sets) * len(rows)), max(len(rows), 1))
+        left, right = np.divmod(np.arange(candidates), max(len(rows), 1))
         right = rows[right]
         keep = np.ones(len(left), dtype=bool)
         for j in range(i):

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -99,7 +100,7 @@ class ArcTable:
         object_free: whether the object penetrates nothing at any node or arc.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
 
     def __init__(self, judge: Judge, frame: Frame, stop: Stop = never) -> None:
@@ -154,6 +155,7 @@ class ArcTable:
                 centres = judge.centres(i)
                 known[radius] = np.zeros((len(centres), len(self._rows), P))
                 for row, a in enumerate(self._rows):
+                    limits.check()
                     arc = self.frame.arcs[a]
                     known[radius][:, row, : arc.parts] = arc.lengths(centres)
         lengths = np.stack([known[radius] for radius in radii]) if radii else self.tables.lengths
@@ -175,6 +177,7 @@ class ArcTable:
         while falling:
             falling = False
             for a in tables.order.tolist():
+                limits.check()
                 tail = ahead[..., tables.tail[a]]
                 through = ahead[..., tables.head[a]] + cost[..., tables.like[a]]
                 falling = falling or (not tables.one_pass and bool((through < tail).any()))

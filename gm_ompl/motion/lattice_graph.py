@@ -9,6 +9,8 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
+from gm_ompl.arrays import IntArray
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
@@ -17,6 +19,10 @@ from gm_ompl.motion.object_graph import GraphArc, Way
 
 ON_LATTICE = 1e-9
 """How far a coordinate may be off its node, relative to its axis's extent."""
+
+
+GOAL_BYTES = 150.0
+"""What a goal node takes, listed and looked up."""
 
 
 @final
@@ -47,8 +53,11 @@ class LatticeGraph:
             raise self._error(f"start {_named(motion, start)} is not a node of", "start")
         self.start: int = node
         inside = [_inside(lattice, goal, d) for d in range(len(lattice.axes))]
-        if not all(inside):
+        if not all(map(len, inside)):
             raise self._error(f"goal {_region(motion, goal)} holds no node of", "goal")
+        count = math.prod(map(len, inside))
+        remedy = "make the goal smaller, or the lattice's steps larger"
+        limits.claim(GOAL_BYTES * count, f"a goal of {count:,} nodes", remedy)
         numbers = np.ravel_multi_index(np.ix_(*inside), lattice.shape)
         self.goal_nodes: tuple[int, ...] = tuple(numbers.ravel().tolist())
         self._members = frozenset(self.goal_nodes)
@@ -110,13 +119,17 @@ def way_along(motion: Motion, points: tuple[Coordinates, ...], parts: int) -> Wa
     return Way(tuple(motion.pose(q) for q in points), points, arcs)
 
 
-def _inside(lattice: Lattice, goal: Goal, d: int) -> list[int]:
+def _inside(lattice: Lattice, goal: Goal, d: int) -> IntArray:
+    """Return which node values of a coordinate lie in the goal, as ``Goal.contains`` has it."""
     axis, period = lattice.axes[d], lattice.periods[d]
-    extent = period or float(axis[-1] - axis[0]) or 1.0
-    one = Goal((goal.low[d],), (goal.high[d],), (goal.periods[d],))
-    return [
-        k for k, value in enumerate(axis.tolist()) if one.contains((value,), ON_LATTICE * extent)
-    ]
+    low, high, turn = goal.low[d], goal.high[d], goal.periods[d]
+    if low is None or high is None:
+        return np.arange(len(axis))
+    tolerance = ON_LATTICE * (period or float(axis[-1] - axis[0]) or 1.0)
+    offset = axis - low
+    if turn is not None:
+        offset = (offset + tolerance) % turn - tolerance
+    return np.flatnonzero((offset >= -tolerance) & (offset <= high - low + tolerance))
 
 
 def _region(motion: Motion, goal: Goal) -> str:

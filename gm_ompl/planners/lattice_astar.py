@@ -8,6 +8,8 @@ from typing import ClassVar, TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import limits
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
@@ -17,7 +19,7 @@ from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.watch import Stop, Stopped
+from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -36,6 +38,10 @@ from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.planners.undecided import bounded
 from gm_ompl.problem import Move, Problem
 
+NODE_BYTES, TABLES = 7000.0, 4.5
+"""What the object's arcs at a node take, and how many numbers per node, finger and placement are
+held beside the lengths of an arc: measured."""
+
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
     """Whether the search over lanes applies: one coordinate, and a back end that leaves cuts."""
@@ -44,6 +50,22 @@ def has_lanes(problem: Problem, judge: Judge) -> bool:
         and problem.motion.periods[0] is None
         and problem.fingers.count > 0
         and isinstance(judge.backend, KernelBackend)
+    )
+
+
+def claim_lanes(problem: Problem) -> None:
+    """Raise where the tables of all lanes are beyond the memory that may be taken.
+
+    Raises:
+        LimitError: with the numbers.
+    """
+    nodes, hand = problem.lattice.size, problem.fingers
+    P, rows = problem.cost.samples_per_arc, len(hand.placements)
+    limits.claim(
+        nodes * (NODE_BYTES + 8.0 * rows * (P + hand.count * (P + TABLES))),
+        f"a lattice of {nodes:,} nodes with {rows:,} placements",
+        "lower lattice.segments or fingers.placements.grid, or use a planner that needs no "
+        "lattice (HybridRRTConnect)",
     )
 
 
@@ -57,12 +79,13 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     backend = judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
+        claim_lanes(problem)
         graph = LaneGraph(problem, judge, backend, log.meter.spent)
         source = start_sets(problem, judge, graph)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
-    except Stopped:
-        return without_search(Status.BUDGET, 0.0, log.meter)
+    except LimitError as stopped:
+        return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
     search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
@@ -103,8 +126,8 @@ def solve_on_lattice(
         graph = FeasibilityGraph(judge, bound)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
-    except Stopped:
-        return without_search(Status.BUDGET, 0.0, log.meter)
+    except LimitError as stopped:
+        return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
     told = _told(problem, graph, tracer(report))
     found = BestFirstSearch(graph, log, told).run()

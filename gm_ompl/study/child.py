@@ -10,7 +10,7 @@ import signal
 from typing import Any, NoReturn
 
 from gm_ompl.errors import GmOmplError
-from gm_ompl.planners.planner import MEGABYTE, resident_memory
+from gm_ompl.limits import MEGABYTE, resident_memory
 from gm_ompl.study.run import carry_out
 from gm_ompl.study.task import Limits, Task
 from gm_ompl.study.warm import compiled_versions, pack

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import gm_ompl
+from gm_ompl import limits
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Progress
 from gm_ompl.problem import Problem
@@ -18,7 +19,12 @@ def carry_out(task: Task) -> dict[str, Any]:
     Raises:
         InputError: the planner cannot treat the scenario.
     """
-    limits = task.limits
+    with limits.holding(task.limits.time_s, task.limits.memory_mb):
+        return _carried_out(task)
+
+
+def _carried_out(task: Task) -> dict[str, Any]:
+    asked = task.limits
     scenario = Scenario.from_resolved(task.scenario)
     first: list[Progress] = []
 
@@ -29,9 +35,9 @@ def carry_out(task: Task) -> dict[str, Any]:
     plan = gm_ompl.plan(
         scenario,
         task.planner,
-        time_limit=limits.time_s,
-        max_iterations=limits.max_iterations,
-        memory_limit=limits.memory_mb,
+        time_limit=asked.time_s,
+        max_iterations=asked.max_iterations,
+        memory_limit=asked.memory_mb,
         seed=task.seed,
         parameters=task.parameters,
         report=watch,
