@@ -7,12 +7,14 @@ the lanes that share the other placements.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.holds.tables import ArcTable, Frame
 from gm_ompl.holds.watch import Stop, watched
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
@@ -30,6 +32,7 @@ def lane_table(judge: Judge, stop: Stop) -> tuple[tuple[int, ...], ArcTable]:
     graph = judge.problem.object_graph
     leaving = _explored(graph, stop)
     nodes = tuple(sorted(leaving))
+    limits.check()
     frame, nearer = _frame(graph, nodes, leaving)
     table = ArcTable(judge, frame, stop)
     for a in watched(nearer, stop):
@@ -71,8 +74,14 @@ def _frame(
     else:
         order = np.argsort(hops[head], kind="stable")
     arcs = [arc for _, arc in found]
-    poses = [graph.pose(node) for node in nodes]
+    poses = list(_poses(graph, nodes))
     return Frame(poses, tail, arcs, order, row, goal), nearer.tolist()
+
+
+def _poses(graph: ObjectGraph, nodes: Sequence[int]) -> Iterator[Pose]:
+    for node in nodes:
+        limits.check()
+        yield graph.pose(node)
 
 
 def _hops(tail: IntArray, head: IntArray, goal: np.ndarray) -> IntArray:

@@ -22,7 +22,7 @@ LEVELS = 64
 MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
 
-MOST_NODES = 1_000_000
+MOST_NODES = 700_000
 """Here a level takes some two thirds of a second, in which no limit is heard."""
 
 NODE_BYTES = 350.0

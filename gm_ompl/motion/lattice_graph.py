@@ -112,11 +112,12 @@ class LatticeGraph:
 
 def way_along(motion: Motion, points: tuple[Coordinates, ...], parts: int) -> Way:
     """Return the way past these coordinates, unwrapped, each arc in so many parts."""
-    arcs = tuple(
-        GraphArc(k, motion.arc(a, b), parts)
-        for k, (a, b) in enumerate(itertools.pairwise(points), start=1)
-    )
-    return Way(tuple(motion.pose(q) for q in points), points, arcs)
+    arcs, poses = list[GraphArc](), [motion.pose(points[0])]
+    for k, (a, b) in enumerate(itertools.pairwise(points), start=1):
+        limits.check()
+        arcs.append(GraphArc(k, motion.arc(a, b), parts))
+        poses.append(motion.pose(b))
+    return Way(tuple(poses), points, tuple(arcs))
 
 
 def _inside(lattice: Lattice, goal: Goal, d: int) -> IntArray:

@@ -19,6 +19,7 @@ from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.tables import claim_tables
 from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
@@ -38,10 +39,6 @@ from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.planners.undecided import bounded
 from gm_ompl.problem import Move, Problem
 
-NODE_BYTES, TABLES = 7000.0, 4.5
-"""What the object's arcs at a node take, and how many numbers per node, finger and placement are
-held beside the lengths of an arc: measured."""
-
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
     """Whether the search over lanes applies: one coordinate, and a back end that leaves cuts."""
@@ -50,22 +47,6 @@ def has_lanes(problem: Problem, judge: Judge) -> bool:
         and problem.motion.periods[0] is None
         and problem.fingers.count > 0
         and isinstance(judge.backend, KernelBackend)
-    )
-
-
-def claim_lanes(problem: Problem) -> None:
-    """Raise where the tables of all lanes are beyond the memory that may be taken.
-
-    Raises:
-        LimitError: with the numbers.
-    """
-    nodes, hand = problem.lattice.size, problem.fingers
-    P, rows = problem.cost.samples_per_arc, len(hand.placements)
-    limits.claim(
-        nodes * (NODE_BYTES + 8.0 * rows * (P + hand.count * (P + TABLES))),
-        f"a lattice of {nodes:,} nodes with {rows:,} placements",
-        "lower lattice.segments or fingers.placements.grid, or use a planner that needs no "
-        "lattice (HybridRRTConnect)",
     )
 
 
@@ -79,7 +60,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     backend = judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
-        claim_lanes(problem)
+        claim_tables(problem, problem.lattice.size, "a lattice")
         graph = LaneGraph(problem, judge, backend, log.meter.spent)
         source = start_sets(problem, judge, graph)
     except KeyboardInterrupt:
@@ -89,7 +70,8 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
 
     search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    moves = _moves(judge, graph, *search.path())
+    with limits.lifted():
+        moves = _moves(judge, graph, *search.path())
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
@@ -132,7 +114,8 @@ def solve_on_lattice(
     told = _told(problem, graph, tracer(report))
     found = BestFirstSearch(graph, log, told).run()
     nodes, legs = graph.legs(found.path)
-    moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
+    with limits.lifted():
+        moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
     statistics = log.statistics(found.expanded, found.generated, placement_sets=len(graph.sets))
     return result_of(found.status, found.cost, found.lower_bound, moves, statistics)
 

@@ -9,7 +9,7 @@ import resource
 import signal
 from typing import Any, NoReturn
 
-from gm_ompl.errors import GmOmplError
+from gm_ompl.errors import GmOmplError, LimitError
 from gm_ompl.limits import MEGABYTE, resident_memory
 from gm_ompl.study.run import carry_out
 from gm_ompl.study.task import Limits, Task
@@ -95,6 +95,8 @@ def _told(task: Task) -> dict[str, Any]:
     before = compiled_versions()
     try:
         told = carry_out(task)
+    except LimitError as error:
+        told = {"status": "budget", "message": str(error)}
     except GmOmplError as error:
         told = {"status": "refused", "message": str(error)}
     except Exception as error:
