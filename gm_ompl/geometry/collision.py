@@ -188,6 +188,7 @@ def surface_distances(corners: Array, points: Array) -> Array:
     model, point = fcl.CollisionObject(surface), fcl.CollisionObject(fcl.Sphere(POINT))
     distances = []
     for place in (points - middle) * scale:
+        limits.check()
         point.setTranslation(place)
         distances.append(fcl.distance(model, point, fcl.DistanceRequest(), fcl.DistanceResult()))
     return np.maximum(np.array(distances) + POINT, 0.0) / scale

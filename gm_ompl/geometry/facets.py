@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
@@ -92,6 +93,7 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
     for seed in np.argsort(-areas, kind="stable"):
         if not free[seed]:
             continue
+        limits.check()
         normal, shift = found.equations[seed, :3], found.equations[seed, 3]
         triangles = _flood(int(seed), free, found, local @ normal + shift)
         free[triangles] = False

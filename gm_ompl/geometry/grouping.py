@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 
 
@@ -39,6 +40,7 @@ def facets_of(corners: Array, neighbours: IntArray, flat: float) -> list[IntArra
     for seed in np.argsort(-sizes, kind="stable").tolist():
         if not free[seed]:
             continue
+        limits.check()
         members = [seed]
         if sizes[seed] > 0.0 and not bends[seed]:
             members = _grown(seed, corners, crossed, slack, flat, free, neighbours)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, read_only
 from gm_ompl.geometry.hulls import whole_hull
 from gm_ompl.geometry.solids import Body
@@ -53,6 +54,7 @@ def resting_poses(body: Body) -> tuple[RestingPose, ...]:
     for face, normal, height in zip(
         whole.faces, whole.face_normals, whole.face_offsets.tolist(), strict=True
     ):
+        limits.check()
         ring = whole.vertices[list(face)]
         sides = np.roll(ring, -1, axis=0) - ring
         inward = np.cross(normal, sides)
