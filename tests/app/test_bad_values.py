@@ -55,7 +55,8 @@ KINDS: dict[str, tuple[str, str]] = {
     "a number": (f"{TURN}=30", "mapping"),
     "an unknown way": (f"{TURN}={{roll: 30 deg}}", "roll"),
     "an obstacle's": (f"environment.obstacles.wall={WALL}, rotation: {{yaw: 30}}}}", "unit"),
-    "beside yaw": ("motion.start={position: [0, 0, rest], yaw: 10 deg, rotation: {yaw: 30 deg}}", "either"),
+    "beside yaw": (
+        "motion.start={position: [0, 0, rest], yaw: 10 deg, rotation: {yaw: 30 deg}}", "either"),
     # Mappings.
     "a list for a mapping": ("friction=[0.5, 0.7]", "mapping"),
     "a mapping for a number": ("object.mass={kg: 1}", "number"),
