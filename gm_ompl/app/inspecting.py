@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.app.exits import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import InspectVerb
@@ -21,7 +22,8 @@ SHOWN = 12
 def inspect_command(request: InspectVerb) -> Exit:
     """Show what is to know of a mesh, or of a scenario's object."""
     target = writable(request.html, "--html")
-    found = inspect(request.mesh, request.overrides or ())
+    with limits.holding(request.time_limit, request.memory_limit):
+        found = inspect(request.mesh, request.overrides or ())
     if request.as_json:
         say_json(found.to_dict())
     else:

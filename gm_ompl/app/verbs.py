@@ -251,6 +251,10 @@ class InspectVerb:
     mesh: Annotated[str, argument("A mesh file, or a scenario.", "MESH")]
     overrides: Overrides = None
     html: Annotated[Path | None, option("Write a stand-alone page that shows it.", "FILE")] = None
+    time_limit: Annotated[float | None, option("Stop after this many seconds.", "S", min=0)] = None
+    memory_limit: Annotated[
+        float | None, option("Stop when the process uses this much memory.", "MB", min=1)
+    ] = None
     as_json: AsJson = False
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.mechanics.alternatives import Alternatives
 
@@ -131,6 +131,20 @@ class _Program:
         """Return f_com per instant."""
         return [f[a:b] for a, b in zip(self._firsts, self._firsts[1:], strict=False)]
 
+    def _cuts(self, unit: float) -> tuple[tuple[Array, IntArray, IntArray], list[float]]:
+        """Return the rows of all cuts as (values, columns, ends), and their bounds."""
+        slopes_of, columns = [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
+        bounds: list[float] = []
+        for k, command in enumerate(self._commands):
+            for c, slopes in command.cuts:
+                # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
+                size = max(command.aim, 1e-3 * unit)
+                slopes_of.append(-slopes * unit / size)
+                columns.append(np.arange(self._firsts[k], self._firsts[k + 1]))
+                bounds.append((c - command.aim) / size)
+        ends = np.cumsum([len(part) for part in columns])
+        return (np.concatenate(slopes_of), np.concatenate(columns), ends), bounds
+
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
         # Imported late: most plans need no such program, and scipy takes a while to load.
@@ -139,14 +153,6 @@ class _Program:
 
         F, M = len(self._limits), len(self._pairs)
         unit = float(self._limits.max())
-        slopes_of, columns, bounds = list[Array](), list[Array](), list[float]()
-        for k, command in enumerate(self._commands):
-            for c, slopes in command.cuts:
-                # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
-                size = max(command.aim, 1e-3 * unit)
-                slopes_of.append(-slopes * unit / size)
-                columns.append(np.arange(self._firsts[k], self._firsts[k + 1]))
-                bounds.append((c - command.aim) / size)
         step = sparse.csr_array(
             (
                 np.tile([1.0, -1.0], M),
@@ -156,9 +162,8 @@ class _Program:
         )
         eye = sparse.eye_array(M)
         values = [sparse.hstack([step, -eye]), sparse.hstack([-step, -eye])]
+        cuts, bounds = self._cuts(unit)
         if bounds:
-            ends = np.cumsum([0, *map(len, columns)])
-            cuts = np.concatenate(slopes_of), np.concatenate(columns), ends
             values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M)))
         result = linprog(
             np.concatenate([np.zeros(F), np.ones(M)]),
