@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 import os
 import warnings
@@ -10,11 +11,11 @@ from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
 
-from gm_ompl import clock
+from gm_ompl import clock, limits
 from gm_ompl.arguments import finite, kind_of, whole
 from gm_ompl.asking import Coordinates, PlacementsLike, budget, coordinates, placed, seconds
 from gm_ompl.diagnosis.values import SECONDS
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
@@ -22,7 +23,7 @@ from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
-from gm_ompl.planners.planner import Report, SearchResult, Status, silent
+from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner
@@ -35,6 +36,9 @@ from gm_ompl.scenario.scenario import Scenario
 if TYPE_CHECKING:
     from gm_ompl.checking.report import CheckReport
     from gm_ompl.diagnosis.values import Explanation
+
+STEADY_SECONDS = 0.5
+"""What steady control may take after a search with a time limit [s]."""
 
 ScenarioLike: TypeAlias = Scenario | str | os.PathLike[str] | Mapping[str, Any]
 """A loaded scenario, a shipped name, a file, or a mapping with a file's keys."""
@@ -76,7 +80,7 @@ def plan(
     Args:
         scenario: what to plan.
         planner: its name.
-        time_limit: wall time [s]; None is no limit.
+        time_limit: wall time for all of it [s]; None is no limit.
         max_iterations: node expansions, or a sampling planner's own iterations.
         memory_limit: resident memory of the process [MiB].
         seed: of randomised planners.
@@ -88,34 +92,49 @@ def plan(
 
     Raises:
         InputError: the scenario, the planner's name or a limit is wrong.
+        LimitError: a limit is reached before the scenario is loaded.
     """
     searcher = make_planner(planner, parameters)
-    limits, seed = budget(time_limit, max_iterations, memory_limit), whole("seed", seed, 0)
-    given = _warned(loaded(scenario))
+    asked, seed = budget(time_limit, max_iterations, memory_limit), whole("seed", seed, 0)
+    with limits.holding(asked.time_limit, asked.memory_limit_mb):
+        given = _warned(loaded(scenario))
+        return _planned(given, searcher, asked, seed, report or silent)
+
+
+def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, report: Report) -> Plan:
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
     fallbacks = 0
     try:
         judging = _judge(priced(problem))
-        result = searcher.solve(judging.problem, judging, limits, rng, report or silent)
+        result = searcher.solve(judging.problem, judging, asked, rng, report)
         fallbacks = judging.backend.fallbacks
         moves = at_true_cost(problem, _steady(judging, result.moves))
-    except KeyboardInterrupt:  # before the search could begin, or twice
-        spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0}
-        result = SearchResult(Status.INTERRUPTED, statistics={**spent, "history": []})
+    except LimitError as stopped:  # before the search could begin
+        result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
+    except KeyboardInterrupt:  # likewise, or twice
+        result = _unbegun(Status.INTERRUPTED, started)
+    statistics = {**result.statistics, "fallback_decisions": fallbacks}
+    if result.status is Status.BUDGET and limits.reached():
+        statistics.setdefault("ended_by", limits.reached())
     return assemble(
         problem,
         given.resolved(),
         moves,
         status=result.status.value,
-        planner=planner,
-        statistics={**result.statistics, "fallback_decisions": fallbacks},
+        planner=searcher.name,
+        statistics=statistics,
         seed=seed,
         parameters=searcher.settings,
         optimal=result.optimal,
         lower_bound=result.lower_bound,
     )
+
+
+def _unbegun(status: Status, started: float, **more: str) -> SearchResult:
+    spent = {"time_s": clock.now() - started, "expanded": 0, "mode_decisions": 0, "history": []}
+    return SearchResult(status, statistics={**spent, **more})
 
 
 def check(plan: Plan) -> CheckReport:
@@ -191,6 +210,7 @@ def explain(
     samples: SupportsIndex | None = None,
     seed: SupportsIndex = 0,
     time_limit: SupportsFloat = SECONDS,
+    memory_limit: SupportsFloat | None = None,
 ) -> Explanation:
     """Explain why a scenario has no plan on its lattice, or none through coordinates or placements.
 
@@ -201,14 +221,18 @@ def explain(
         samples: sets of placements judged at most; beyond, they are drawn at random.
         seed: of the drawing.
         time_limit: for all of it [s]; 0 for no search.
+        memory_limit: resident memory of the process [MiB].
 
     Raises:
         InputError: coordinates, placements or the scenario do not fit.
+        LimitError: a limit is reached before there is anything to tell.
     """
     from gm_ompl.diagnosis.explain import explain
 
     limit = seconds(time_limit)
-    given = _warned(loaded(scenario))
+    memory = budget(None, None, memory_limit).memory_limit_mb
+    with limits.holding(limit or None, memory):
+        given = _warned(loaded(scenario))
     problem, q = given.problem, None
     prepare(problem)
     if at is not None:
@@ -217,14 +241,19 @@ def explain(
         samples = whole("samples", samples, 1)
     seed = whole("seed", seed, 0)
     rows = None if placements is None else placed(problem, placements)
-    return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
+    with limits.holding(None, memory):
+        return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
 
 
 def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
-    """Return a planner's moves under steady control; as they are where that is interrupted."""
+    """Return a planner's moves under steady control; as they are where that takes too long.
+
+    A search that used its time up leaves none for it: it gets a little of its own.
+    """
     try:
-        return steady_moves(judging, moves)
-    except KeyboardInterrupt:
+        with limits.lifted(STEADY_SECONDS if limits.left() < math.inf else None):
+            return steady_moves(judging, moves)
+    except (KeyboardInterrupt, LimitError):
         return moves
 
 

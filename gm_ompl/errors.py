@@ -9,6 +9,7 @@ GmOmplError                  everything this package raises on purpose
 |   |-- UnknownPlannerError  no planner of that name; carries the valid names
 |   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
 |   `-- MissingExtraError    an optional library is not installed
+|-- LimitError               a limit on time or memory is reached (command line: exit code 4)
 |-- ShapeError               an array of the wrong shape, or with NaN (a caller's mistake)
 |-- PathError                a planner's path does not hold when judged anew
 `-- SolverError              an LP solver ended in a way that allows no verdict
@@ -117,6 +118,13 @@ class MissingExtraError(InputError):
     def __init__(self, library: str, extra: str) -> None:
         self.library, self.extra = library, extra
         super().__init__(f'{library} is not installed; run: pip install "gm-ompl[{extra}]"')
+
+
+class LimitError(GmOmplError):
+    """Work was broken off: a limit in force is reached, or a caller wanted no more of it.
+
+    The text says which limit it was; it is empty where the caller knows.
+    """
 
 
 class ShapeError(GmOmplError):

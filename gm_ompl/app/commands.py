@@ -20,7 +20,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, LimitError
 
 
 class Exit(enum.IntEnum):
@@ -67,6 +67,8 @@ def guarded(command: Callable[..., Exit]) -> Callable[..., None]:
             sys.stdout.flush()
         except KeyboardInterrupt:
             code = _fail(Exit.INTERRUPTED, "interrupted", kwargs)
+        except LimitError as error:
+            code = _fail(Exit.BUDGET, str(error), kwargs)
         except InputError as error:
             code = _fail(Exit.BAD_INPUT, str(error), kwargs)
         except OSError as error:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 import gm_ompl
+from gm_ompl import limits
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
@@ -29,12 +30,13 @@ def explain_command(request: ExplainVerb) -> Exit:
     """Explain a scenario and show it."""
     at = None if request.at is None else read_coordinates(request.at)
     places = None if request.placements is None else read_placements(request.placements)
-    scenario = gm_ompl.load(request.scenario, request.overrides or ())
-    show_warnings(scenario)
-    explanation = gm_ompl.explain(
-        scenario, at, places, samples=request.samples, seed=request.seed,
-        time_limit=request.time_limit,
-    )  # fmt: skip
+    with limits.holding(request.time_limit or None, request.memory_limit):
+        scenario = gm_ompl.load(request.scenario, request.overrides or ())
+        show_warnings(scenario)
+        explanation = gm_ompl.explain(
+            scenario, at, places, samples=request.samples, seed=request.seed,
+            time_limit=request.time_limit, memory_limit=request.memory_limit,
+        )  # fmt: skip
     if request.as_json:
         say_json(explanation.to_dict())
     else:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
 from gm_ompl.app.verbs import InspectVerb
@@ -20,7 +21,8 @@ SHOWN = 12  # resting poses, pieces and faces that are listed at most
 def inspect_command(request: InspectVerb) -> Exit:
     """Show what is to know of a mesh, or of a scenario's object."""
     target = writable(request.html, "--html")
-    found = inspect(request.mesh, request.overrides or ())
+    with limits.holding(request.time_limit, request.memory_limit):
+        found = inspect(request.mesh, request.overrides or ())
     if request.as_json:
         say_json(found.to_dict())
     else:

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gm_ompl
+from gm_ompl import limits
 from gm_ompl.app.commands import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, show_warnings, writable
 from gm_ompl.app.showing import write_html
 from gm_ompl.app.verbs import PlanVerb
+from gm_ompl.asking import budget
 from gm_ompl.errors import InputError, ScenarioError
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planners.planner import Progress, Status
@@ -77,9 +79,11 @@ def plan_command(request: PlanVerb) -> Exit:
     if len(set(named)) < len(named):
         raise InputError("-o, --html and --trace must name different files")
     parameters = read_parameters(request.params)
-    scenario = gm_ompl.load(request.scenario, request.overrides or ())
-    show_warnings(scenario)
-    plan = _search(request, scenario, parameters, trace)
+    asked = budget(request.time_limit, request.max_iterations, request.memory_limit)
+    with limits.holding(asked.time_limit, asked.memory_limit_mb):
+        scenario = gm_ompl.load(request.scenario, request.overrides or ())
+        show_warnings(scenario)
+        plan = _search(request, scenario, parameters, trace)
     if output is not None:
         plan.save(output)
     if html is not None:
@@ -149,6 +153,8 @@ def summary(plan: Plan) -> Iterator[str]:
     name = plan.scenario.get("name", "scenario")
     if plan.cost is None:
         yield f"{name}: {Status(plan.status).sentence}"
+        if ended_by := (plan.statistics.model_extra or {}).get("ended_by"):
+            yield f"  ended by     {ended_by}"
     else:
         quality = "proven optimal on the lattice" if plan.optimal else "not proven optimal"
         yield f"{name}: solved by {plan.planner}, {quality}"

@@ -73,6 +73,9 @@ class ExplainVerb:
     samples: int | None = option(None, "Sets of placements judged at most.", "N", min=1)
     seed: int = option(0, "Seed of the sampling.", "N", min=0)
     time_limit: float = option(30.0, "For all of it; 0: without any search.", "S", min=0)
+    memory_limit: float | None = option(
+        None, "Stop when the process uses this much memory.", "MB", min=1
+    )
     overrides: list[str] | None = _changes()
     as_json: bool = _as_json()
 
@@ -221,6 +224,10 @@ class InspectVerb:
     mesh: str = argument("A mesh file, or a scenario.", "MESH")
     overrides: list[str] | None = _changes()
     html: Path | None = option(None, "Write a stand-alone page that shows it.", "FILE")
+    time_limit: float | None = option(None, "Stop after this many seconds.", "S", min=0)
+    memory_limit: float | None = option(
+        None, "Stop when the process uses this much memory.", "MB", min=1
+    )
     as_json: bool = _as_json()
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import final
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeVar, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.diagnosis import remedies
 from gm_ompl.diagnosis.instants import Explainer, contact_lines
 from gm_ompl.diagnosis.limits import Deadline
@@ -23,12 +24,15 @@ from gm_ompl.diagnosis.values import (
     SetLine,
     Survey,
 )
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
+
+_Part = TypeVar("_Part")
 
 SAMPLES = 300
 """Sets of placements judged per survey."""
@@ -61,9 +65,19 @@ def explain(
 
     Raises:
         InputError: the start or the goal is off the lattice.
+        LimitError: a limit is reached before there is anything to tell.
         KeyboardInterrupt: it was interrupted.
     """
-    return _Explaining(scenario, samples, seed, seconds).run(at, placements)
+    with limits.holding(seconds or SURVEYS_ALONE):
+        return _Explaining(scenario, samples, seed, seconds).run(at, placements)
+
+
+def known(parts: Iterable[_Part]) -> Iterator[_Part]:
+    """Yield the parts that are found before a limit in force is reached."""
+    try:
+        yield from parts
+    except LimitError:
+        return
 
 
 @final
@@ -128,7 +142,7 @@ class _Explaining:
             f"these placements {'are not known to' if line.cut_short else 'do not'} hold from "
             f"start to goal: {why}",
             placements=line,
-            remedies=tuple(tried) if self._searching else (),
+            remedies=tuple(known(tried)) if self._searching else (),
         )
 
     def _contacts(self, at: Coordinates) -> tuple[ContactLine, ...]:
@@ -174,7 +188,7 @@ class _Explaining:
         if self._searching:
             status = search(self._problem, self._deadline.part(0.3, SECONDS).left())
         open_ = status not in (None, Status.SOLVED)
-        attempts = self._attempts(status) if status is not None and open_ else ()
+        attempts = tuple(known(self._attempts(status))) if status is not None and open_ else ()
         share = 0.25 if open_ else 0.45
         surveys = (self._survey(False, share), self._survey(True, share))
         tried: tuple[Remedy, ...] = ()
@@ -182,8 +196,10 @@ class _Explaining:
         if status is not None and open_ and not blocked:
             elsewhere = attempts[0].status == Status.SOLVED.value if attempts else False
             tried = tuple(
-                remedies.for_scenario(
-                    self._scenario, self._deadline, status, off_lattice=not elsewhere
+                known(
+                    remedies.for_scenario(
+                        self._scenario, self._deadline, status, off_lattice=not elsewhere
+                    )
                 )
             )
         return self._made(
@@ -194,26 +210,33 @@ class _Explaining:
             remedies=tried,
         )
 
-    def _attempts(self, lattice: Status) -> tuple[Attempt, ...]:
+    def _attempts(self, lattice: Status) -> Iterator[Attempt]:
         if not self._problem.fingers.count:
-            return ()  # samplers draw placements
+            return  # samplers draw placements
         seconds = self._deadline.part(0.2, SAMPLER_SECONDS).left()
-        found = [sampled(self._problem, lattice, seconds, self._seed)]
-        if lattice is Status.INFEASIBLE and found[0].status != Status.INFEASIBLE.value:
+        found = sampled(self._problem, lattice, seconds, self._seed)
+        yield found
+        if lattice is Status.INFEASIBLE and found.status != Status.INFEASIBLE.value:
             closer = finer(self._scenario, self._deadline.part(0.2, SECONDS).left())
-            found += [] if closer is None else [closer]
-        return tuple(found)
+            yield from () if closer is None else (closer,)
 
     def _survey(self, backwards: bool, share: float) -> Survey:
-        problem, judge = self._problem, self._judge
+        where = "goal" if backwards else "start"
         self._part = self._deadline.part(share, SURVEYS_ALONE)
+        try:
+            with limits.holding(self._part.left()):
+                return self._surveyed(backwards, where)
+        except LimitError:
+            return survey(self._problem, where, None, (), self._line, self._part.passed)
+
+    def _surveyed(self, backwards: bool, where: str) -> Survey:
+        problem, judge = self._problem, self._judge
         hand, end = problem.fingers, problem.start
         if backwards:
             end = problem.object_graph.coordinates((problem.object_graph.goal_nodes or ())[0])
         required = hand.goal if backwards else hand.start
         sets, possible = sets_at(problem, judge, end, required, self._samples, self._rng)
         scored = self._scored(sets, lambda placements: self._score(placements, backwards))
-        where = "goal" if backwards else "start"
         return survey(problem, where, possible, scored, self._line, self._part.passed)
 
     def _scored(
@@ -224,7 +247,7 @@ class _Explaining:
         for placements in sets:
             if scored and half.passed():
                 break
-            scored.append(score(placements))
+            scored += known(map(score, (placements,)))
         return scored
 
     def _score(self, placements: Placements, backwards: bool) -> Scored:

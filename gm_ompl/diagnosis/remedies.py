@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.diagnosis.instants import Explainer
 from gm_ompl.diagnosis.limits import Answer, Deadline, Holds, Words, knobs, least
 from gm_ompl.diagnosis.regions import Region
 from gm_ompl.diagnosis.values import Attempt, Remedy, SetLine
-from gm_ompl.errors import ScenarioError
+from gm_ompl.errors import LimitError, ScenarioError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
@@ -45,15 +46,20 @@ def search(
         InputError: the start or the goal is off the lattice.
         KeyboardInterrupt: it was interrupted.
     """
-    judge, plans = Judge(problem, make_backend(problem)), list[float]()
+    seconds, plans = max(seconds, LEAST_SECONDS), list[float]()
 
     def heed(progress: Progress) -> None:
         if progress.cost is not None:
             plans.append(progress.cost)
 
-    limits = Budget(max(seconds, LEAST_SECONDS), max_iterations, stop=lambda: bool(plans))
+    asked = Budget(seconds, max_iterations, stop=lambda: bool(plans))
     rng = np.random.default_rng(seed)
-    status = make_planner(planner).solve(problem, judge, limits, rng, heed).status
+    try:
+        with limits.holding(seconds):
+            judge = Judge(problem, make_backend(problem))
+            status = make_planner(planner).solve(problem, judge, asked, rng, heed).status
+    except LimitError:  # before the search could begin
+        return Status.BUDGET
     if status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return status

@@ -9,6 +9,7 @@ import numpy as np
 
 from gm_ompl.arrays import BoolArray
 from gm_ompl.diagnosis.values import FacesLine, SetLine, Survey
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.holds.goals import restricted
@@ -109,11 +110,7 @@ def survey(
     ]
     faces.sort(key=lambda line: (-line.holding, -(line.ratio or 0.0), line.faces))
     nearest = sorted(scored, key=lambda entry: (-entry[3], -(entry[2] or 0.0), entry[0]))
-    closest: list[SetLine] = []
-    for placements, *_ in nearest[:CLOSEST]:
-        if closest and stop():
-            break
-        closest.append(describe(placements))
+    closest = _described([placements for placements, *_ in nearest[:CLOSEST]], describe, stop)
     return Survey(
         where=where,
         possible=possible,
@@ -124,6 +121,23 @@ def survey(
         faces=tuple(faces),
         closest=tuple(closest),
     )
+
+
+def _described(
+    nearest: Sequence[Placements],
+    describe: Callable[[Placements], SetLine],
+    stop: Callable[[], bool],
+) -> list[SetLine]:
+    """Return as many descriptions as there is time for."""
+    closest: list[SetLine] = []
+    for placements in nearest:
+        if closest and stop():
+            break
+        try:
+            closest.append(describe(placements))
+        except LimitError:
+            break
+    return closest
 
 
 def _counts(scored: Sequence[Scored]) -> dict[str, int]:

@@ -12,6 +12,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.caches import Memo
 from gm_ompl.contact.decision import ModeDecision
@@ -85,6 +86,14 @@ class Judge:
         self._environments = Memo[Hashable, int](each)
 
     def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
+        rows, kinds = len(self.problem.fingers.placements), len(self._centres)
+        if len(self._radii) < 2:
+            return ((None,),) * len(self._radii)
+        limits.claim(
+            float(kinds * rows) ** 2,
+            f"the clearances of {rows:,} placements from each other",
+            "lower fingers.placements.grid or name fewer fingers.placements.faces",
+        )
         pairs: dict[tuple[float, float], BoolArray] = {}
         for a in self._centres:
             for b in self._centres:
@@ -109,6 +118,7 @@ class Judge:
         return self._nodes.of(pose.key, lambda: self._node(pose))
 
     def _node(self, pose: Pose) -> NodeGeometry:
+        limits.check()
         self.configurations += 1
         pose_class = self._pose_classes.of(pose)
         if pose_class is None:
@@ -120,6 +130,7 @@ class Judge:
         return self._arcs.of(arc.key, lambda: self._along(arc))
 
     def _along(self, arc: Arc) -> NodeGeometry:
+        limits.check()
         sweeps, start = arc.sweeps, self.node(arc.start)
         if all(s.keeps_level and self._pose_classes.alone(s) for s in sweeps):
             return start
@@ -171,6 +182,7 @@ class Judge:
 
         At rest all contacts are static.
         """
+        limits.check()
         return self._environments.of(moment.key, lambda: self._contact_state(moment))
 
     def _contact_state(self, moment: Moment) -> int:

@@ -14,7 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl import limits
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.mechanics.alternatives import Alternatives
 
@@ -160,6 +161,7 @@ def least_change(commands: Sequence[Undecided]) -> list[ModeDecision]:
             if len(part) and (
                 command.settled is None or not np.array_equal(part, command.settled[0])
             ):
+                limits.check()
                 command.try_at(part)
         if all(command.settled is not None or not command.forced for command in commands):
             break
@@ -194,6 +196,20 @@ class _Program:
         """Return f_com per instant."""
         return [f[a:b] for a, b in zip(self._firsts, self._firsts[1:], strict=False)]
 
+    def _cuts(self, unit: float) -> tuple[tuple[Array, IntArray, IntArray], list[float]]:
+        """Return the rows of all cuts as (values, columns, ends), and their bounds."""
+        slopes_of, columns = [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
+        bounds: list[float] = []
+        for k, command in enumerate(self._commands):
+            for c, slopes in command.cuts:
+                # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
+                size = max(command.aim, 1e-3 * unit)
+                slopes_of.append(-slopes * unit / size)
+                columns.append(np.arange(self._firsts[k], self._firsts[k + 1]))
+                bounds.append((c - command.aim) / size)
+        ends = np.cumsum([len(part) for part in columns])
+        return (np.concatenate(slopes_of), np.concatenate(columns), ends), bounds
+
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
         # Imported late: most plans need no such program, and scipy takes a while to load.
@@ -202,15 +218,6 @@ class _Program:
 
         F, M = len(self._limits), len(self._pairs)
         unit = float(self._limits.max())
-        rows, values, bounds = [], [], []
-        for k, command in enumerate(self._commands):
-            for c, slopes in command.cuts:
-                # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
-                size = max(command.aim, 1e-3 * unit)
-                row = np.zeros(F)
-                row[self._firsts[k] : self._firsts[k + 1]] = -slopes * unit / size
-                rows.append(row)
-                bounds.append((c - command.aim) / size)
         step = sparse.csr_array(
             (
                 np.tile([1.0, -1.0], M),
@@ -220,8 +227,9 @@ class _Program:
         )
         eye = sparse.eye_array(M)
         values = [sparse.hstack([step, -eye]), sparse.hstack([-step, -eye])]
-        if rows:
-            values.append(sparse.csr_array(np.hstack([np.array(rows), np.zeros((len(rows), M))])))
+        cuts, bounds = self._cuts(unit)
+        if bounds:
+            values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M)))
         result = linprog(
             np.concatenate([np.zeros(F), np.ones(M)]),
             A_ub=sparse.csr_array(sparse.vstack(values)),
@@ -229,8 +237,13 @@ class _Program:
             bounds=np.stack(
                 [np.zeros(F + M), np.concatenate([self._limits / unit, np.full(M, np.inf)])], axis=1
             ),
-            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-9},
+            options={
+                "primal_feasibility_tolerance": 1e-10,
+                "dual_feasibility_tolerance": 1e-9,
+                "time_limit": limits.left(),
+            },
         )
+        limits.check()
         if result.x is None:
             return None
         f: Array = np.clip(result.x[:F] * unit, 0.0, self._limits)

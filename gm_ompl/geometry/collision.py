@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import fcl
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import TOUCHING, PlacedPiece, penetrates
@@ -30,6 +31,9 @@ FAR = 4.0
 
 UNIT = 10.0
 """D inside FCL, whose tolerances are absolute."""
+
+PAIRS = 300_000
+"""Pairs of fingertips looked at at once, in some 10 MB."""
 
 POINT = 1e-9
 """Radius of a sphere that stands for a point inside FCL."""
@@ -114,9 +118,14 @@ class Scene:
         self, centres_a: Array, radius_a: float, centres_b: Array, radius_b: float
     ) -> BoolArray:
         """Return (A, B), which fingertips at (A, 3) and (B, 3) do not penetrate each other."""
-        steps = centres_a[:, None, :] - centres_b[None, :, :]
         least = max(radius_a + radius_b - EXACT * self._D, 0.0)
-        apart: BoolArray = np.einsum("abk,abk->ab", steps, steps) >= least**2
+        apart = np.empty((len(centres_a), len(centres_b)), dtype=bool)
+        at_once = max(1, PAIRS // max(1, len(centres_b)))
+        for first in range(0, len(centres_a), at_once):
+            limits.check()
+            part = slice(first, first + at_once)
+            steps = centres_a[part, None, :] - centres_b[None, :, :]
+            apart[part] = np.einsum("abk,abk->ab", steps, steps) >= least**2
         return apart
 
     def near(self, low: Array, high: Array) -> IntArray:
@@ -183,6 +192,7 @@ def surface_distances(corners: Array, points: Array) -> Array:
     model, point = fcl.CollisionObject(surface), fcl.CollisionObject(fcl.Sphere(POINT))
     distances = []
     for place in (points - middle) * scale:
+        limits.check()
         point.setTranslation(place)
         distances.append(fcl.distance(model, point, fcl.DistanceRequest(), fcl.DistanceResult()))
     return np.maximum(np.array(distances) + POINT, 0.0) / scale

@@ -8,9 +8,11 @@ touching bodies penetrate, and where it falls short they do not touch.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import COPLANAR, facets_of, neighbours_of
@@ -24,6 +26,9 @@ MAX_DENTS = 256
 MAX_PIECES = 64
 """More convex pieces than this are refused: every collision query asks each of them."""
 
+KEPT = 8
+"""Bodies that are kept."""
+
 SAME_VOLUME = 1e-6
 """The pieces' volumes add up to the mesh's within this, relatively."""
 
@@ -31,12 +36,23 @@ SAME_VOLUME = 1e-6
 def solid(mesh: TriangleMesh) -> Body:
     """Return the body that a mesh encloses: convex pieces, and the faces of its true surface.
 
-    A convex mesh is one piece, the same as the hull of its vertices.
+    A convex mesh is one piece, the same as the hull of its vertices. The last few meshes are not
+    cut again: one is cut when it is read, to see whether it can be, and is then used.
 
     Raises:
         GeometryError: the mesh crosses itself, is thinner somewhere than the tolerance, or falls
             into too many pieces.
     """
+    return _solid(mesh.vertices.tobytes(), mesh.faces.tobytes())
+
+
+@lru_cache(maxsize=KEPT)
+def _solid(vertices: bytes, faces: bytes) -> Body:
+    rows = np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
+    return _cut_up(TriangleMesh(np.frombuffer(vertices).reshape(-1, 3), rows))
+
+
+def _cut_up(mesh: TriangleMesh) -> Body:
     whole = hull(mesh.vertices)
     dents = _dents(mesh, whole)
     if not dents:
@@ -105,6 +121,7 @@ def _leaves(
     """Return cells through whose inside no surface runs; together they fill the hull."""
     waiting, leaves = [root], []
     while waiting:
+        limits.check()
         cell = waiting.pop()
         if not cell.fragments:
             leaves.append(cell.piece)
@@ -202,6 +219,7 @@ def _merged(pieces: list[ConvexPiece], extent: float) -> tuple[ConvexPiece, ...]
     i = 0
     while i < len(left):
         for j in range(i + 1, len(left)):
+            limits.check()
             joined = _joined(left[i], left[j], extent)
             if joined is not None:
                 left[i] = joined

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.polygon import convex_hull, plane_basis
@@ -93,6 +94,7 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
     for seed in np.argsort(-areas, kind="stable"):
         if not free[seed]:
             continue
+        limits.check()
         normal, shift = found.equations[seed, :3], found.equations[seed, 3]
         triangles = _flood(int(seed), free, found, local @ normal + shift)
         free[triangles] = False
@@ -197,6 +199,7 @@ def facets_of(corners: Array, neighbours: IntArray, flat: float) -> list[IntArra
     for seed in np.argsort(-sizes, kind="stable").tolist():
         if not free[seed]:
             continue
+        limits.check()
         members = [seed]
         if sizes[seed] > 0.0 and not bends[seed]:
             members = _grown(seed, corners, crossed, slack, flat, free, neighbours)

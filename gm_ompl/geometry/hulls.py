@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray, fix
 from gm_ompl.errors import GeometryError
 from gm_ompl.geometry.facets import CrowdedError, facets_of, neighbours_of
@@ -204,6 +205,7 @@ def resting_poses(body: Body) -> tuple[RestingPose, ...]:
     for face, normal, height in zip(
         whole.faces, whole.face_normals, whole.face_offsets.tolist(), strict=True
     ):
+        limits.check()
         ring = whole.vertices[list(face)]
         sides = np.roll(ring, -1, axis=0) - ring
         inward = np.cross(normal, sides)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import GeometryError, MissingExtraError, did_you_mean
 from gm_ompl.geometry.welding import resolution
@@ -29,11 +33,19 @@ def _hint(path: Path) -> str:
 
 KIND = Kind("mesh", ", ".join(SUFFIXES), MAX_BYTES, GeometryError, _hint)
 
+FILE_BYTES = 12.0
+"""What a byte of a mesh file takes while it is read."""
+
 FARTHEST = 1e15
 """No coordinate lies farther out: volumes and moments must stay finite."""
 
 CONCAVITY = (0.05, 0.1, 0.2, 0.4)
 """What coacd may leave unfilled, relative to the extent: finer first, coarser for fewer pieces."""
+
+LISTENING_EVERY = 0.05
+"""How long nothing is heard while coacd is at work [s]."""
+
+_Made = TypeVar("_Made")
 
 BEFORE_CUTTING = 2000
 """A mesh is simplified to so many triangles before coacd, whose time grows with them, cuts it."""
@@ -56,6 +68,8 @@ def read_triangles(path: Path, scale: float = 1.0) -> tuple[Array, IntArray, flo
             f"a mesh file ends in {', '.join(SUFFIXES)}, not {path.name!r}{hint}; save it as one"
         )
     check_ordinary(path, KIND)
+    size = path.stat().st_size
+    limits.claim(FILE_BYTES * size, f"{path}: a mesh file of {size:,} bytes", "simplify it")
     mesh = _loaded(path)
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
     if not float(np.abs(vertices).max()) * scale <= FARTHEST:
@@ -124,6 +138,33 @@ def simplified(vertices: Array, faces: IntArray, most: int) -> tuple[Array, IntA
     return np.asarray(points, dtype=np.float64) * size + middle, triangles.astype(np.int64)
 
 
+def _awaited(work: Callable[[], _Made]) -> _Made:
+    """Return what work without the interpreter's lock comes to; the limits in force are heard.
+
+    Work that is given up goes on in the background, until it is done or the process ends.
+
+    Raises:
+        LimitError: a limit in force is reached.
+    """
+    made: list[_Made] = []
+    failed: list[Exception] = []
+
+    def carry_out() -> None:
+        try:
+            made.append(work())
+        except Exception as error:
+            failed.append(error)
+
+    thread = threading.Thread(target=carry_out, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        limits.check()
+        thread.join(LISTENING_EVERY)
+    if failed:
+        raise failed[0]
+    return made[0]
+
+
 def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> list[Array]:
     """Return the corners of convex pieces that fill a surface about.
 
@@ -141,12 +182,13 @@ def convex_parts(vertices: Array, faces: IntArray, most: int, closed: bool) -> l
     coacd.set_log_level("off")
     parts: list[Array] = []
     for threshold in CONCAVITY:
-        found = coacd.run_coacd(
-            coacd.Mesh(vertices, faces), threshold=threshold, merge=False, seed=0,
-            preprocess_mode="off" if closed else "on", preprocess_resolution=60,
-            resolution=500, mcts_nodes=8, mcts_iterations=30, mcts_max_depth=2,
-            decimate=True, max_ch_vertex=MAX_CORNERS,
-        )  # fmt: skip
+        settings: dict[str, Any] = {
+            "threshold": threshold, "merge": False, "seed": 0,
+            "preprocess_mode": "off" if closed else "on", "preprocess_resolution": 60,
+            "resolution": 500, "mcts_nodes": 8, "mcts_iterations": 30, "mcts_max_depth": 2,
+            "decimate": True, "max_ch_vertex": MAX_CORNERS,
+        }  # fmt: skip
+        found = _awaited(partial(coacd.run_coacd, coacd.Mesh(vertices, faces), **settings))
         parts = [np.asarray(corners, dtype=np.float64) for corners, _ in found]
         if 0 < len(parts) <= most:
             return parts

@@ -14,6 +14,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.arcs import ObjectArc, ObjectArcs
@@ -139,6 +140,7 @@ class FeasibilityGraph:
         decide = self._judge.backend.decide
         z = []
         for environment in arc.states:
+            limits.check()
             z.append(decide(environment, self._fingers, placements, self._z_min).z)
             if not z[-1] >= self._z_min:
                 return math.inf

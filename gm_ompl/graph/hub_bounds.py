@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
@@ -26,6 +27,9 @@ from gm_ompl.problem import Placements, Problem
 MOST_HELD = 20_000_000
 """Hubs times nodes whose bounds are held, and lanes times nodes that a sweep may treat (it holds 24
 bytes for each); beyond, geometry alone bounds the cost from hubs."""
+
+HELD_BYTES, SWEPT_BYTES = 40.0, 32.0
+"""What a hub's bound at a node takes while it is made, and a lane at a node in a sweep."""
 
 MOST = 2**62
 """Codes of hubs are whole numbers up to here."""
@@ -65,6 +69,9 @@ def hub_bounds(problem: Problem, judge: Judge, tables: Tables) -> HubBounds | No
     hubs = hub_sets(hand.groups(), _anywhere(tables), judge.clear, most)
     if hubs is None or not any(len(sets) for _, sets in hubs) or (P + 1) ** hand.count > MOST:
         return None
+    held = sum(len(sets) for _, sets in hubs) * len(tables.goal)
+    if not limits.fits(HELD_BYTES * held):
+        return None
     return HubBounds(hubs, hand.groups(), P, tables)
 
 
@@ -72,7 +79,9 @@ def swept_sets(problem: Problem, judge: Judge, tables: Tables) -> IntArray:
     """Return all sets (L, n); none where they are too many to sweep."""
     hand, most = problem.fingers, MOST_HELD // len(tables.goal)
     sets = placement_sets(hand.groups(), _anywhere(tables), judge.clear, most)
-    return np.empty((0, hand.count), dtype=np.int64) if sets is None else sets
+    if sets is None or not limits.fits(SWEPT_BYTES * len(sets) * len(tables.goal)):
+        return np.empty((0, hand.count), dtype=np.int64)
+    return sets
 
 
 def _anywhere(tables: Tables) -> list[BoolArray]:
@@ -198,6 +207,6 @@ class HubBounds:
         costs, d = known.bounds(sets)
         V = np.full_like(self.V, np.inf)
         while lower_hubs(sets, ids, self._tables, costs, d, self._stable, V):
-            pass
+            limits.check()
         before, self.V = self.V, np.maximum(self.V, V)
         return bool(np.any(before < self.V))

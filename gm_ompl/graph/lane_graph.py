@@ -16,7 +16,7 @@ from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import lane_table
 from gm_ompl.holds.bounds import refresh
-from gm_ompl.holds.known import FAILED, UNDECIDED, WORTH_A_THREAD, Known
+from gm_ompl.holds.known import FAILED, UNDECIDED, WORTH_A_THREAD, Known, at_once
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
 from gm_ompl.holds.tables import UNASKED
 from gm_ompl.holds.watch import Stop, never
@@ -36,7 +36,7 @@ class LaneGraph:
         bounds: of all hubs; None where they are too many.
 
     Raises:
-        Stopped: ``stop`` said so while the tables were made.
+        LimitError: ``stop`` said so while the tables were made.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class LaneGraph:
             some = ids if bounds is None else bounds.ids(sets[part])
             lane_keys(sets[part], some, V, config, self.tables, cuts, keys[part])
 
-        share_out(work, len(sets), WORTH_A_THREAD)
+        share_out(work, len(sets), WORTH_A_THREAD, at_once(self.tables))
         return keys
 
     def sweep_price(self) -> float:

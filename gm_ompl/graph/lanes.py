@@ -6,12 +6,15 @@ the lanes that share the other placements.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.holds.tables import ArcTable, Frame
 from gm_ompl.holds.watch import Stop, watched
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
@@ -24,11 +27,12 @@ def lane_table(judge: Judge, stop: Stop) -> tuple[tuple[int, ...], ArcTable]:
     most searches hardly need those of the others.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
     graph = judge.problem.object_graph
     leaving = _explored(graph, stop)
     nodes = tuple(sorted(leaving))
+    limits.check()
     frame, nearer = _frame(graph, nodes, leaving)
     table = ArcTable(judge, frame, stop)
     for a in watched(nearer, stop):
@@ -70,15 +74,27 @@ def _frame(
     else:
         order = np.argsort(hops[head], kind="stable")
     arcs = [arc for _, arc in found]
-    poses = [graph.pose(node) for node in nodes]
+    poses = list(_poses(graph, nodes))
     return Frame(poses, tail, arcs, order, row, goal), nearer.tolist()
+
+
+def _poses(graph: ObjectGraph, nodes: Sequence[int]) -> Iterator[Pose]:
+    for node in nodes:
+        limits.check()
+        yield graph.pose(node)
 
 
 def _hops(tail: IntArray, head: IntArray, goal: np.ndarray) -> IntArray:
     """Return how many arcs each node is from the goal; a large number where there is no way."""
-    hops = np.where(goal, 0, len(goal))
-    while True:
-        before = hops.copy()
-        np.minimum.at(hops, tail, hops[head] + 1)
-        if (hops == before).all():
-            return hops
+    into: list[list[int]] = [[] for _ in goal]
+    for a, b in zip(tail.tolist(), head.tolist(), strict=True):
+        into[b].append(a)
+    hops = np.where(goal, 0, len(goal)).tolist()
+    waiting = deque(np.flatnonzero(goal).tolist())
+    while waiting:
+        here = waiting.popleft()
+        for node in into[here]:
+            if hops[node] > hops[here] + 1:
+                hops[node] = hops[here] + 1
+                waiting.append(node)
+    return np.array(hops, dtype=np.int64)

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.collision import Scene
@@ -21,8 +22,11 @@ LEVELS = 64
 MOST_NUMBERS = 2_000_000
 """Distances kept (8 bytes each); a larger lattice gets fewer levels, at least one."""
 
-MOST_NODES = 3_000_000
-"""Here a level takes some two seconds, in which no budget is heard, and a gigabyte."""
+MOST_NODES = 700_000
+"""Here a level takes some two thirds of a second, in which no limit is heard."""
+
+NODE_BYTES = 350.0
+"""What a node takes while the bound is made, beside its distances."""
 
 MOST_TESTED = 30_000
 """On larger lattices the object counts as free everywhere: testing would outlast the search."""
@@ -44,7 +48,7 @@ class PlanarHeuristic:
         stop: asked now and then while the bound is made.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
 
     def __init__(self, judge: Judge, goals: tuple[int, ...], stop: Stop = never) -> None:
@@ -156,5 +160,5 @@ def _object_free(problem: Problem, stop: Stop) -> BoolArray:
 
 def suits(problem: Problem) -> bool:
     """Whether the bound applies: planar motion, on a lattice that fits in memory."""
-    planar = problem.motion.names == ("x", "y", "yaw")
-    return planar and math.prod(problem.lattice.shape) <= MOST_NODES
+    planar, nodes = problem.motion.names == ("x", "y", "yaw"), math.prod(problem.lattice.shape)
+    return planar and nodes <= MOST_NODES and limits.fits(NODE_BYTES * nodes + 8 * MOST_NUMBERS)

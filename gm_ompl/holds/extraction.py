@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.cost import displacement_cost
@@ -81,15 +82,19 @@ def moves_of(judge: Judge, way: Way, legs: Sequence[Leg]) -> tuple[Move, ...]:
     """
     if not legs:
         return ()
+    with limits.lifted():  # a plan that was found is not lost
+        return tuple(_moves(judge, way, legs))
+
+
+def _moves(judge: Judge, way: Way, legs: Sequence[Leg]) -> Iterator[Move]:
     groups = judge.problem.fingers.groups()
     hand, sets = PhysicalHand(groups, legs[0][0]), PlacementSets(groups)
-    moves: list[Move] = []
     for m, (placements, first, last) in enumerate(legs):
         if m:
             hub = shared_hub(sets, legs[m - 1][0], placements)
-            moves.append(_regrasp(judge, way, hand, hub, placements, first))
-        moves.extend(_displacement(judge, way, hand, placements, k) for k in range(first, last))
-    return tuple(moves)
+            yield _regrasp(judge, way, hand, hub, placements, first)
+        for k in range(first, last):
+            yield _displacement(judge, way, hand, placements, k)
 
 
 def _displacement(

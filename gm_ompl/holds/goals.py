@@ -23,7 +23,7 @@ def valid_goals(judge: Judge, stop: Stop = never) -> tuple[int, ...] | None:
     None where the goal's nodes cannot be listed.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
     graph, wanted = judge.problem.object_graph, judge.problem.fingers.goal
     if graph.goal_nodes is None:

@@ -7,13 +7,14 @@ from typing import Final, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.bounds import refresh_many
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.tables import ArcTable
+from gm_ompl.holds.tables import ArcTable, Tables
 from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 
@@ -25,6 +26,14 @@ WORTH_A_THREAD: Final = 500
 
 UNDECIDED: Final = -1
 """Of a rest: neither 1, it holds, nor 0, it does not."""
+
+SEGMENTS_AT_ONCE: Final = 5_000_000
+"""Segments bounded between two looks at the limits in force: some tenths of a second."""
+
+
+def at_once(tables: Tables) -> int:
+    """Return how many sets of placements are bounded between two looks at the limits in force."""
+    return int(max(1, SEGMENTS_AT_ONCE // max(1, tables.states.size)))
 
 
 @final
@@ -82,6 +91,7 @@ class Known:
 
     def decide(self, placements: Placements, state: int) -> float:
         """Decide a set at a contact state; return its margin as ``margins`` has it."""
+        limits.check()
         z = self._backend.bound(state, self._fingers, placements)
         if z >= self._z_min:
             z = self._backend.decide(state, self._fingers, placements, self._z_min).z
@@ -103,6 +113,7 @@ class Known:
         """Whether the fingers of ``hub`` that are not lifted hold the object at rest."""
         known = self.rests(hub)
         if known[node] == UNDECIDED:
+            limits.check()
             fingers = tuple(i for i in self._fingers if hub[i] != LIFTED)
             rows, state = tuple(hub[i] for i in fingers), self.table.rest_state(node)
             z = self._backend.decide(state, fingers, rows, self._z_min).z
@@ -126,5 +137,5 @@ class Known:
         def work(part: slice) -> None:
             refresh_many(sets[part], tables, cuts, places[part], known, costs[part], d[part])
 
-        share_out(work, len(sets), WORTH_A_THREAD)
+        share_out(work, len(sets), WORTH_A_THREAD, at_once(tables))
         return costs, d

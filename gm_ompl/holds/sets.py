@@ -12,11 +12,15 @@ from typing import Final, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.problem import Placements
 
 LIFTED: Final = -1
 """Stands for the placement of a finger that does not touch the object."""
+
+CANDIDATES: Final = 300_000
+"""Candidates for sets looked at at once, in some 15 MB."""
 
 Groups = tuple[tuple[int, ...], ...]
 Clearances = Sequence[Sequence[BoolArray | None]]
@@ -103,6 +107,7 @@ def ordered_sets(
     group_of = {finger: g for g, group in enumerate(groups) for finger in group}
     seen: list[list[int]] = [[] for _ in groups]
     for key_now, g, row in queue:
+        limits.check()
         first = groups[g][0]
         others = tuple(i for i in group_of if i != first)
         pools = tuple(
@@ -129,6 +134,7 @@ def _joined(
         return
     finger, others = fingers[0], fingers[1:]
     for k, row in enumerate(pools[0].tolist()):
+        limits.check()
         left = tuple(
             _clear_of(
                 finger, row, i, pool[k + 1 :] if group_of[i] == group_of[finger] else pool, clear
@@ -169,7 +175,10 @@ def _spread(groups: Groups, row_of: Mapping[int, int]) -> Placements:
 def placement_sets(
     groups: Groups, allowed: Sequence[BoolArray], clear: Clearances, most: int
 ) -> IntArray | None:
-    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``."""
+    """Return all valid canonical sets (L, n), or None where some step makes more than ``most``.
+
+    None, too, where they are beyond the memory that may be taken.
+    """
     n = len(allowed)
     sets = np.zeros((1, 0), dtype=np.int64)
     group_of = {finger: group for group in groups for finger in group}
@@ -177,16 +186,23 @@ def placement_sets(
         rows = np.flatnonzero(allowed[i])
         if len(sets) * len(rows) > 8 * most:
             return None
-        left, right = np.divmod(np.arange(len(sets) * len(rows)), max(len(rows), 1))
-        right = rows[right]
-        keep = np.ones(len(left), dtype=bool)
-        for j in range(i):
-            pair = clear[i][j]
-            if pair is not None:
-                keep &= pair[right, sets[left, j]]
-            if j in group_of[i]:
-                keep &= sets[left, j] < right
-        if keep.sum() > most:
-            return None
-        sets = np.concatenate([sets[left[keep]], right[keep, None]], axis=1)
+        grown, size = [np.zeros((0, i + 1), dtype=np.int64)], 0
+        at_once = max(1, CANDIDATES // max(1, len(rows)))
+        for first in range(0, len(sets), at_once):
+            limits.check()
+            some = sets[first : first + at_once]
+            left, right = np.divmod(np.arange(len(some) * len(rows)), max(len(rows), 1))
+            right = rows[right]
+            keep = np.ones(len(left), dtype=bool)
+            for j in range(i):
+                pair = clear[i][j]
+                if pair is not None:
+                    keep &= pair[right, some[left, j]]
+                if j in group_of[i]:
+                    keep &= some[left, j] < right
+            grown.append(np.concatenate([some[left[keep]], right[keep, None]], axis=1))
+            size += len(grown[-1])
+            if size > most or not limits.fits(8.0 * size * (i + 1)):
+                return None
+        sets = np.concatenate(grown)
     return np.ascontiguousarray(sets)

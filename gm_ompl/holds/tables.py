@@ -8,6 +8,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -16,6 +17,11 @@ from gm_ompl.holds.watch import Stop, never, watched
 from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.motion.screw import Screw
+from gm_ompl.problem import Problem
+
+NODE_BYTES, NUMBERS = 7000.0, 4.5
+"""What the object's arcs at a node take, and how many numbers per node, finger and placement are
+held beside the lengths of an arc: measured."""
 
 UNASKED: Final = -1
 """Stands for a contact state that was not asked for yet: nothing bounds z there."""
@@ -84,6 +90,21 @@ class Frame(NamedTuple):
     goal: BoolArray
 
 
+def claim_tables(problem: Problem, nodes: int, where: str) -> None:
+    """Raise where the tables of arcs past so many nodes are beyond the memory that may be taken.
+
+    Raises:
+        LimitError: with the numbers.
+    """
+    hand, P = problem.fingers, problem.cost.samples_per_arc
+    rows, key = len(hand.placements), "segments" if problem.motion.dimension == 1 else "steps"
+    limits.claim(
+        nodes * (NODE_BYTES + 8.0 * rows * (P + hand.count * (P + NUMBERS))),
+        f"{where} of {nodes:,} nodes with {rows:,} placements",
+        f"use a coarser lattice.{key} or fingers.placements.grid",
+    )
+
+
 @final
 class ArcTable:
     """The tables of some arcs: geometry is tested at once, all else when it is asked for.
@@ -99,12 +120,13 @@ class ArcTable:
         object_free: whether the object penetrates nothing at any node or arc.
 
     Raises:
-        Stopped: ``stop`` said so.
+        LimitError: ``stop`` said so.
     """
 
     def __init__(self, judge: Judge, frame: Frame, stop: Stop = never) -> None:
         self._judge, self.frame = judge, frame
         problem, backend = judge.problem, judge.backend
+        claim_tables(problem, len(frame.poses), "the way")
         scale = backend.scale if isinstance(backend, KernelBackend) else 1.0
         head = np.array([arc.head for arc in frame.arcs], dtype=np.int64)
         self._rows, like = _rows(frame.arcs)
@@ -154,6 +176,7 @@ class ArcTable:
                 centres = judge.centres(i)
                 known[radius] = np.zeros((len(centres), len(self._rows), P))
                 for row, a in enumerate(self._rows):
+                    limits.check()
                     arc = self.frame.arcs[a]
                     known[radius][:, row, : arc.parts] = arc.lengths(centres)
         lengths = np.stack([known[radius] for radius in radii]) if radii else self.tables.lengths
@@ -175,6 +198,7 @@ class ArcTable:
         while falling:
             falling = False
             for a in tables.order.tolist():
+                limits.check()
                 tail = ahead[..., tables.tail[a]]
                 through = ahead[..., tables.head[a]] + cost[..., tables.like[a]]
                 falling = falling or (not tables.one_pass and bool((through < tail).any()))

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar
 
+from gm_ompl.errors import LimitError
+
 Stop: TypeAlias = Callable[[], bool]
 """Asked now and then; True ends what is going on."""
 
 _Item = TypeVar("_Item")
-
-
-class Stopped(Exception):  # noqa: N818, no error: the caller asked for it
-    """A preparation was broken off because ``stop`` said so."""
 
 
 def never() -> bool:
@@ -24,9 +22,9 @@ def watched(items: Iterable[_Item], stop: Stop) -> Iterator[_Item]:
     """Yield ``items`` for as long as ``stop`` says no.
 
     Raises:
-        Stopped: it said yes.
+        LimitError: it said yes.
     """
     for item in items:
         if stop():
-            raise Stopped
+            raise LimitError
         yield item

@@ -7,12 +7,13 @@ fingertips are computed here and nowhere else.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.sweep import Sweep
@@ -112,7 +113,13 @@ class Arc(ABC):
 
     def middles(self, parts: int) -> tuple[Moment, ...]:
         """Return the instants at which the segments are judged."""
-        return tuple(self.moment((2 * j + 1) / (2 * parts)) for j in range(parts))
+        return tuple(self._middles(parts))
+
+    def _middles(self, parts: int) -> Iterator[Moment]:
+        for j in range(parts):
+            if j % 256 == 255:
+                limits.check()
+            yield self.moment((2 * j + 1) / (2 * parts))
 
     def cuts(self, parts: int) -> tuple[Pose, ...]:
         """Return the poses at the segments' ends, one more than ``parts``."""

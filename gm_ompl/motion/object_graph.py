@@ -10,7 +10,8 @@ from typing import NamedTuple, Protocol, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array
+from gm_ompl import limits
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment, Motion
@@ -87,6 +88,8 @@ class ObjectGraph(Protocol):
 
 ON_LATTICE = 1e-9
 """How far a coordinate may be off its node, relative to its axis's extent."""
+GOAL_BYTES = 150.0
+"""What a goal node takes, listed and looked up."""
 
 
 @final
@@ -117,8 +120,11 @@ class LatticeGraph:
             raise self._error(f"start {_named(motion, start)} is not a node of", "start")
         self.start: int = node
         inside = [_inside(lattice, goal, d) for d in range(len(lattice.axes))]
-        if not all(inside):
+        if not all(map(len, inside)):
             raise self._error(f"goal {_region(motion, goal)} holds no node of", "goal")
+        count = math.prod(map(len, inside))
+        remedy = "make the goal smaller, or the lattice's steps larger"
+        limits.claim(GOAL_BYTES * count, f"a goal of {count:,} nodes", remedy)
         numbers = np.ravel_multi_index(np.ix_(*inside), lattice.shape)
         self.goal_nodes: tuple[int, ...] = tuple(numbers.ravel().tolist())
         self._members = frozenset(self.goal_nodes)
@@ -173,20 +179,25 @@ class LatticeGraph:
 
 def way_along(motion: Motion, points: tuple[Coordinates, ...], parts: int) -> Way:
     """Return the way past these coordinates, unwrapped, each arc in so many parts."""
-    arcs = tuple(
-        GraphArc(k, motion.arc(a, b), parts)
-        for k, (a, b) in enumerate(itertools.pairwise(points), start=1)
-    )
-    return Way(tuple(motion.pose(q) for q in points), points, arcs)
+    arcs, poses = list[GraphArc](), [motion.pose(points[0])]
+    for k, (a, b) in enumerate(itertools.pairwise(points), start=1):
+        limits.check()
+        arcs.append(GraphArc(k, motion.arc(a, b), parts))
+        poses.append(motion.pose(b))
+    return Way(tuple(poses), points, tuple(arcs))
 
 
-def _inside(lattice: Lattice, goal: Goal, d: int) -> list[int]:
+def _inside(lattice: Lattice, goal: Goal, d: int) -> IntArray:
+    """Return which node values of a coordinate lie in the goal, as ``Goal.contains`` has it."""
     axis, period = lattice.axes[d], lattice.periods[d]
-    extent = period or float(axis[-1] - axis[0]) or 1.0
-    one = Goal((goal.low[d],), (goal.high[d],), (goal.periods[d],))
-    return [
-        k for k, value in enumerate(axis.tolist()) if one.contains((value,), ON_LATTICE * extent)
-    ]
+    low, high, turn = goal.low[d], goal.high[d], goal.periods[d]
+    if low is None or high is None:
+        return np.arange(len(axis))
+    tolerance = ON_LATTICE * (period or float(axis[-1] - axis[0]) or 1.0)
+    offset = axis - low
+    if turn is not None:
+        offset = (offset + tolerance) % turn - tolerance
+    return np.flatnonzero((offset >= -tolerance) & (offset <= high - low + tolerance))
 
 
 def _region(motion: Motion, goal: Goal) -> str:

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, read_only, unit
 from gm_ompl.caches import Memo
 from gm_ompl.errors import GeometryError
@@ -130,8 +131,7 @@ def tumble_towards(
 
 def path_lattice(segments: Sequence[int]) -> Lattice:
     """Return the lattice with ``segments[p]`` equal arcs in piece p; boundaries are nodes."""
-    m = len(segments)
-    nodes = [
-        (p + k / count) / m for p, count in enumerate(segments) for k in range(count)
-    ]  # fmt: skip
-    return Lattice((read_only([*nodes, 1.0], (None,), "nodes"),), (None,))
+    m, nodes = len(segments), sum(segments) + 1
+    limits.claim(32.0 * nodes, f"a lattice of {nodes:,} nodes", "lower lattice.segments")
+    pieces = [(p + np.arange(count) / count) / m for p, count in enumerate(segments)]
+    return Lattice((read_only(np.concatenate([*pieces, [1.0]]), (None,), "nodes"),), (None,))

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final, Protocol, TypeAlias, final
 
+from gm_ompl.errors import LimitError
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
 
@@ -102,6 +103,8 @@ class BestFirstSearch:
         try:
             self._push(0.0, START, START, 0.0, True)
             status = self._loop()
+        except LimitError:
+            status = Status.BUDGET
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         if status is Status.INFEASIBLE:

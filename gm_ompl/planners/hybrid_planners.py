@@ -9,6 +9,7 @@ from typing import ClassVar, Protocol, final
 
 import numpy as np
 
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.watch import Stop
@@ -80,6 +81,8 @@ def searched(search: Search, log: Log, growth: Growth | None, patience: int | No
                 event()
             if patience is not None and search.cost < math.inf and done - last >= patience:
                 break
+    except LimitError:
+        pass  # in the middle of an iteration: what was found before stands
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     if status is Status.BUDGET and search.cost < math.inf:
@@ -111,6 +114,8 @@ class HybridPlanner(Planner):
             if impossible(problem, judge):
                 return without_search(Status.INFEASIBLE, math.inf, log.meter)
             search = self.make_search(judge, rng)
+        except LimitError as stopped:
+            return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
         except KeyboardInterrupt:
             return without_search(Status.INTERRUPTED, 0.0, log.meter)
         limited = budget.time_limit is not None or budget.max_iterations is not None
@@ -207,6 +212,6 @@ def refine(
         while not meter.spent(tried):
             refinement.step()
             tried += 1
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, LimitError):
         pass  # what was reached so far is kept
     return refinement.moves

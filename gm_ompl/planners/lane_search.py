@@ -18,6 +18,7 @@ from typing import Final, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
@@ -118,6 +119,8 @@ class LaneSearch:
         """Search until a plan is proven optimal, there is proven to be none, or no budget."""
         try:
             status = self._run()
+        except LimitError:
+            status = Status.BUDGET
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         if status is Status.BUDGET and self._best is not None:

@@ -9,6 +9,8 @@ from typing import ClassVar, TypeAlias, final
 
 import numpy as np
 
+from gm_ompl import limits
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
@@ -18,7 +20,8 @@ from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.watch import Stop, Stopped
+from gm_ompl.holds.tables import claim_tables
+from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -57,19 +60,21 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     backend = judge.backend
     assert isinstance(backend, KernelBackend), "has_lanes was not asked"
     try:
+        claim_tables(problem, problem.lattice.size, "a lattice")
         graph = LaneGraph(problem, judge, backend, log.meter.spent)
         source = start_sets(problem, judge, graph)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
-    except Stopped:
-        return without_search(Status.BUDGET, 0.0, log.meter)
+    except LimitError as stopped:
+        return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
     search = LaneSearch(graph, source, log, tracer(report))
     status = search.run()
-    arcs, legs = search.path()
-    nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
-    way = problem.object_graph.way([graph.nodes[c] for c in nodes])
-    moves = moves_of(judge, way, legs)
+    with limits.lifted():
+        arcs, legs = search.path()
+        nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+        way = problem.object_graph.way([graph.nodes[c] for c in nodes])
+        moves = moves_of(judge, way, legs)
     statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
     return result_of(status, search.cost, search.bound, moves, statistics)
 
@@ -97,14 +102,15 @@ def solve_on_lattice(
         graph = FeasibilityGraph(judge, bound)
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
-    except Stopped:
-        return without_search(Status.BUDGET, 0.0, log.meter)
+    except LimitError as stopped:
+        return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
     told = _told(problem, graph, tracer(report))
     search = BestFirstSearch(graph, log, told)
     status = search.run()
-    nodes, legs = graph.legs(search.path())
-    moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
+    with limits.lifted():
+        nodes, legs = graph.legs(search.path())
+        moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
     statistics = log.statistics(search.expanded, search.generated, placement_sets=len(graph.sets))
     return result_of(status, search.cost, search.bound, moves, statistics)
 

@@ -94,9 +94,11 @@ def result_of(
     )
 
 
-def without_search(status: Status, bound: float, meter: Meter) -> SearchResult:
-    """Return the result where nothing was searched."""
+def without_search(status: Status, bound: float, meter: Meter, ended_by: str = "") -> SearchResult:
+    """Return the result where nothing was searched; ``ended_by`` says which limit was reached."""
     log = Log(meter)
     log.event(math.inf, bound, 0, 0)
     statistics = log.statistics(0, 0, placement_sets=0)
+    if ended_by:
+        statistics["ended_by"] = ended_by
     return SearchResult(status=status, lower_bound=bound, statistics=statistics)

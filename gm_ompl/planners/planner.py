@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import enum
-import os
-import resource
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,15 +10,11 @@ from typing import Any, ClassVar, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl import clock
+from gm_ompl import clock, limits
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.limits import Limits
 from gm_ompl.planners.parameters import Parameter, checked
 from gm_ompl.problem import Move, Problem
-
-MEMORY_CHECK_EVERY = 256
-"""Calls of ``Meter.spent`` between two readings of the process's memory: a reading costs 10 us."""
-
-MEGABYTE = 1024.0 * 1024.0
 
 
 class Status(enum.Enum):
@@ -74,44 +67,23 @@ class Meter:
     def __init__(self, budget: Budget) -> None:
         self.budget = budget
         self._started = clock.now()
-        self._calls = 0
+        self._limits = Limits(budget.time_limit, budget.memory_limit_mb)
 
     def elapsed(self) -> float:
         """Return the wall time since the start, without what compiling took [s]."""
         return clock.now() - self._started
 
     def spent(self, iterations: int = 0) -> bool:
-        """Whether a limit is reached after ``iterations``; cheap enough for inner loops."""
+        """Whether a limit is reached after ``iterations``, or one in force around the search is.
+
+        Cheap enough for inner loops.
+        """
         budget = self.budget
         if budget.max_iterations is not None and iterations >= budget.max_iterations:
             return True
-        if budget.time_limit is not None and self.elapsed() >= budget.time_limit:
-            return True
         if budget.stop is not None and budget.stop():
             return True
-        if budget.memory_limit_mb is None:
-            return False
-        self._calls += 1
-        return self._calls % MEMORY_CHECK_EVERY == 1 and self.out_of_memory()
-
-    def out_of_memory(self, extra: float = 0.0) -> bool:
-        """Whether ``extra`` more bytes would reach the memory limit, read now."""
-        limit = self.budget.memory_limit_mb
-        return limit is not None and resident_memory() + extra >= limit * MEGABYTE
-
-
-def resident_memory(process: int | None = None) -> float:
-    """Return the resident memory of this process [bytes]; of another one, 0 where it is unknown."""
-    try:
-        with open(f"/proc/{process or 'self'}/statm", "rb") as statm:
-            pages = int(statm.read().split()[1])
-        return float(pages * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, IndexError):
-        if process is not None:
-            return 0.0
-        # No /proc (macOS): the peak stands in for the present, in bytes there, else in KiB.
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        return float(peak) * (1.0 if sys.platform == "darwin" else 1024.0)
+        return bool(self._limits.reached() or limits.reached())
 
 
 @dataclass(frozen=True)

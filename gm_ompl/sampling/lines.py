@@ -12,6 +12,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.holds.tables import claim_tables
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.motion.object_graph import Way, way_along
 from gm_ompl.problem import Placements, Problem
@@ -98,6 +99,7 @@ def polyline(problem: Problem, points: Sequence[Coordinates], finer: int = 1) ->
     for a, b in itertools.pairwise(points):
         for start, end in itertools.pairwise(split(problem, a, b)):
             strides = finer * strides_needed(problem, start, end)
+            claim_tables(problem, strides, "a way")
             places += [between(start, end, k / strides) for k in range(1, strides + 1)]
     return way_along(problem.motion, tuple(places), problem.cost.samples_per_arc)
 

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from gm_ompl import limits
 from gm_ompl.errors import ScenarioError
 from gm_ompl.reading import is_text, one_line
 
@@ -39,6 +40,7 @@ class StrictLoader(yaml.SafeLoader):
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose one node; stops where a text has far too many of them."""
         self._left -= 1
+        limits.check()
         if self._left < 0:
             raise yaml.YAMLError(f"more than {MAX_VALUES} values")
         return super().compose_node(parent, index)

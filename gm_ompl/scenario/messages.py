@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from gm_ompl import limits
 from gm_ompl.errors import GeometryError, ScenarioError, did_you_mean
 from gm_ompl.scenario.document import Document, Path, shown
 from gm_ompl.scenario.fields import TAGS
@@ -181,6 +182,7 @@ class Notes:
 
     def attempt(self, path: Path, make: Callable[[], T]) -> T | None:
         """Return ``make()``, or None after noting its GeometryError at ``path``."""
+        limits.check()
         try:
             return make()
         except GeometryError as error:

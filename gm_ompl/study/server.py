@@ -22,8 +22,8 @@ import time
 from dataclasses import dataclass, field
 from typing import Any, NoReturn, final
 
-from gm_ompl.errors import GmOmplError
-from gm_ompl.planners.planner import MEGABYTE, resident_memory
+from gm_ompl.errors import GmOmplError, LimitError
+from gm_ompl.limits import MEGABYTE, resident_memory
 from gm_ompl.study.task import Limits, Task, carry_out
 from gm_ompl.study.warm import compiled_versions, load, pack, warm_up
 
@@ -101,6 +101,8 @@ def _told(task: Task) -> dict[str, Any]:
     before = compiled_versions()
     try:
         told = carry_out(task)
+    except LimitError as error:
+        told = {"status": "budget", "message": str(error)}
     except GmOmplError as error:
         told = {"status": "refused", "message": str(error)}
     except Exception as error:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import gm_ompl
+from gm_ompl import limits
 from gm_ompl.planners.planner import Progress
 from gm_ompl.scenario.scenario import Scenario
 
@@ -86,7 +87,12 @@ def carry_out(task: Task) -> dict[str, Any]:
     Raises:
         InputError: the planner cannot treat the scenario.
     """
-    limits = task.limits
+    with limits.holding(task.limits.time_s, task.limits.memory_mb):
+        return _carried_out(task)
+
+
+def _carried_out(task: Task) -> dict[str, Any]:
+    asked = task.limits
     scenario = Scenario.from_resolved(task.scenario)
     first: list[Progress] = []
 
@@ -95,8 +101,8 @@ def carry_out(task: Task) -> dict[str, Any]:
             first.append(progress)
 
     plan = gm_ompl.plan(
-        scenario, task.planner, time_limit=limits.time_s, max_iterations=limits.max_iterations,
-        memory_limit=limits.memory_mb, seed=task.seed, parameters=task.parameters, report=watch,
+        scenario, task.planner, time_limit=asked.time_s, max_iterations=asked.max_iterations,
+        memory_limit=asked.memory_mb, seed=task.seed, parameters=task.parameters, report=watch,
     )  # fmt: skip
     spent, fingers = plan.statistics, scenario.problem.fingers
     times = [time for time, cost, _ in spent.history if cost is not None]

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.environment import contact_state, environment_contacts
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.goals import valid_goals
-from gm_ompl.holds.watch import Stopped
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Problem, Regrasp
@@ -87,7 +86,7 @@ def test_making_the_bound_listens_to_the_budget() -> None:
     goals = valid_goals(judge) or ()
     for patience in (0, 10, problem.lattice.size + 1):
         asked = itertools.count()
-        with pytest.raises(Stopped):
+        with pytest.raises(LimitError):
             PlanarHeuristic(judge, goals, lambda: next(asked) >= patience)  # noqa: B023
         assert next(asked) == patience + 1
 

@@ -17,15 +17,14 @@ HEADER = """# Verification
 Claims tried on many instances by `make verify`, which writes this page and goes on where it was
 stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone. The last column
 has a hash of the sources that the count reached when it was done; rows of counts that were not
-done again since stand as they were.
+done again since stand as they were. A count that was never done in full has no instances.
 
 """
 
 
 def main() -> int:
     """Do the counts that are asked for; exit code 1 where a claim fails."""
-    for path in sorted(Path(__file__).parent.glob("count_*.py")):
-        importlib.import_module(f"tests.verify.{path.stem}")
+    register()
     parser = argparse.ArgumentParser(prog="python -m tests.verify", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(counting.REGISTRY))
     parser.add_argument("-j", "--processes", type=int, default=2)
@@ -51,6 +50,12 @@ def main() -> int:
     return 1 if failed else 0
 
 
+def register() -> None:
+    """Register all counts."""
+    for path in sorted(Path(__file__).parent.glob("count_*.py")):
+        importlib.import_module(f"tests.verify.{path.stem}")
+
+
 def store_of(name: str) -> counting.Store:
     """Return the results of a count under the present sources."""
     code = counting.source_hash(counting.REGISTRY[name].file, ROOT)
@@ -60,8 +65,7 @@ def store_of(name: str) -> counting.Store:
 def write_page() -> None:
     """Write the table; counts that the present sources have no results for keep their rows."""
     results = {name: records for name in counting.REGISTRY if (records := store_of(name).read())}
-    if results:
-        TABLE.write_text(HEADER + counting.table(results, TABLE.read_text()))
+    TABLE.write_text(HEADER + counting.table(results, TABLE.read_text()))
 
 
 if __name__ == "__main__":

@@ -192,7 +192,8 @@ def table(results: dict[str, dict[int, Record]], before: str = "") -> str:
 
     Args:
         results: by count and instance.
-        before: an earlier page; its rows stand where ``results`` has none for a count.
+        before: an earlier page; its rows stand where ``results`` has none for a count. A count
+            that was never done has a row of no instances.
     """
     lines = [
         "| count | claim | instances | hold | fail | marginal | worst | median s | outcomes "
@@ -203,8 +204,8 @@ def table(results: dict[str, dict[int, Record]], before: str = "") -> str:
     for name in sorted(REGISTRY):
         if name in results:
             lines.append(_row(name, results[name]))
-        elif name in old:
-            lines.append(old[name])
+        else:
+            lines.append(old.get(name, f"| {name} | {REGISTRY[name].claim} | 0 | | | | | | | |"))
     return "\n".join(lines) + "\n"
 
 

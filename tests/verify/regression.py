@@ -20,8 +20,8 @@ import numpy as np
 
 from gm_ompl import api
 from gm_ompl.errors import InputError
+from gm_ompl.limits import MEGABYTE, resident_memory
 from gm_ompl.planfile.model import Plan
-from gm_ompl.planners.planner import MEGABYTE, resident_memory
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.load import shipped
 from gm_ompl.writing import write_text

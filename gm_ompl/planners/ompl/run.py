@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections import defaultdict, deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import final
 
 import numpy as np
 from ompl import util as ou
 
-from gm_ompl.errors import PathError
+from gm_ompl import limits
+from gm_ompl.errors import LimitError, PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.growth import Vertices
@@ -55,6 +56,8 @@ def run(
                 status = Status.BUDGET if moves is None else Status.SOLVED
         except PathError:
             refuted = 1
+        except LimitError:
+            pass  # before the search began
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         watch.cost = math.inf if moves is None else math.fsum(move.cost for move in moves)
@@ -79,9 +82,11 @@ def _search(
     if endless:
         setup.stop_at_first_plan()
     watch.planner = setup.getPlanner()
-    setup.run(watch, watch.log.meter.spent)
+    with suppress(LimitError):  # in the middle of an answer: what was found before stands
+        setup.run(watch, watch.log.meter.spent)
     states = setup.solution()
-    return None if states is None else judged_anew(setup.judge.problem, states)
+    with limits.lifted():
+        return None if states is None else judged_anew(setup.judge.problem, states)
 
 
 @final
