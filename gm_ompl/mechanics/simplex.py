@@ -4,8 +4,8 @@ For fixed modes and f_com the blocks of (6) share nothing but z, and z = 1 / max
 
     tau_i = min tau  subject to  tau q + A k = l_i,  per finger sum_k = cap tau,  tau, k >= 0,
 
-so only the right-hand side changes from direction to direction: a basis that is optimal for one
-direction stays dual feasible for all, and one pivot moves all right-hand sides along.
+so only the right-hand side changes: a basis that is optimal for one direction stays dual feasible
+for all, and one pivot moves all right-hand sides along.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ NO_TAU = 1e-13
 
 SPACED = (SIDES + 7) // 8 * 8
 """Entries per right-hand side, rounded up to where a vector may begin."""
-
 SOLVED, EXCEEDED, INFEASIBLE, TROUBLE = 0, 1, 2, 3
 """Ends of a pass: the worst direction found; stopped early at a direction; a direction that
 nothing resists; give up."""
@@ -261,7 +260,7 @@ def search_directions(
     Returns:
         How the pass ended, the direction's code, its tau.
     """
-    # Rooms to work in, of one piece where they can be: asking for each takes longer than a pivot.
+    # Rooms in one piece where they can be: asking for each takes longer than a pivot.
     flags, slots = np.ones(4 * SIDES, dtype=np.bool_), np.arange(SIDES)
     ahead, behind, alone = flags[:SIDES], flags[SIDES : 2 * SIDES], flags[2 * SIDES :]
     numbers = np.zeros(2 * SPACED + 3 * m + 2 * N)

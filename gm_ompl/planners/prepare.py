@@ -136,6 +136,8 @@ def _proofs(raw: Array, cost: float, basis: IntArray) -> None:
     """Compile what proves z from below."""
     m = len(raw)
     found = resistance.new_resistance(m)
+    for room in found:
+        room[...] = 0
     resistance.lower_bound(raw, cost, DIRECTIONS, found)
     resistance.refine(raw, DIRECTIONS, found)
     resistance.refine_duals(raw, cost, basis, np.zeros(m))

