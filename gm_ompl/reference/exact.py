@@ -14,6 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import SolverError
 from gm_ompl.reference.statics import Statics
@@ -24,8 +25,8 @@ MISSED = 1e-9
 """Forces that miss equilibrium by less than this (over M g) balance (convention)."""
 MAX_STEPS = 60
 """Pivots per row before giving up."""
-MOST_WORK = 2 * 10**9
-"""Products of digits that the pivots for one decision may take before giving up: some seconds."""
+MOST_WORK = 10**10
+"""Products of digits that the pivots for one set of modes may take: half a minute."""
 DIGIT = 30
 """Bits of a digit of Python's integers."""
 OVERHEAD = 10
@@ -33,7 +34,7 @@ OVERHEAD = 10
 
 
 class Effort:
-    """What is left of MOST_WORK, shared by all programs of a decision."""
+    """What is left of MOST_WORK, shared by all programs for a set of modes."""
 
     def __init__(self) -> None:
         self._left = MOST_WORK
@@ -43,7 +44,9 @@ class Effort:
 
         Raises:
             SolverError: where no work is left.
+            LimitError: where a limit in force is reached.
         """
+        limits.check()
         self._left -= numbers * (OVERHEAD + bits // DIGIT) ** 2
         if self._left < 0:
             raise SolverError("exact arithmetic takes too long")

@@ -9,9 +9,10 @@ import pytest
 from scipy.optimize import linprog
 
 import gm_ompl
+from gm_ompl import limits
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
-from gm_ompl.errors import SolverError
+from gm_ompl.errors import LimitError, SolverError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.mechanics.certificate import (
@@ -210,3 +211,14 @@ def test_what_the_kernel_cannot_prove_the_reference_decides(
     assert found.cost == pytest.approx(whole.cost, rel=1e-6)
     assert backend.fallbacks == backend.decisions > 0
     assert backend.undecided == 0
+
+
+def test_exact_arithmetic_has_an_end() -> None:
+    """What is left shrinks with the integers; nothing left, or a limit in force, ends it."""
+    effort = Effort()
+    effort.spend(100, 10_000)
+    with pytest.raises(SolverError):
+        for _ in range(10_000):
+            effort.spend(1000, 10_000)
+    with limits.holding(0.0), pytest.raises(LimitError):
+        Effort().spend(1, 1)
