@@ -211,7 +211,6 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     Raises:
         PlanError: the file cannot be read or is no plan.
         ScenarioError: the scenario stored in the plan cannot be used.
-        SolverError: an LP solver returned no answer.
     """
     if not isinstance(plan, Plan):
         plan = Plan.load(plan)

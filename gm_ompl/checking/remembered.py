@@ -15,6 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
 from gm_ompl.reference.internal_force import (
     InternalForce,
@@ -75,11 +76,7 @@ class Remembered:
     def margins(
         self, key: Hashable, model: Statics, force: BoolArray, f_com: Array
     ) -> Margins | None:
-        """Return Problem (6) for fixed f_com (n,); None where some direction has no optimum.
-
-        Raises:
-            SolverError: the solver returned no answer.
-        """
+        """Return Problem (6) for fixed f_com (n,); None where a direction has no optimum here."""
         limits = np.where(force, f_com, model.f_max)
         program = direction_program(model, limits, force.astype(np.float64))
         table = _Table(program, force)
@@ -94,7 +91,10 @@ class Remembered:
             for i in left:
                 rows = table.right[i]
                 lower = np.where(np.isinf(program.row_lower), -np.inf, rows)
-                solution = solver.solve_for(lower, rows)
+                try:
+                    solution = solver.solve_for(lower, rows)
+                except SolverError:
+                    return None
                 if solution.status is not LpStatus.OPTIMAL:
                     return None
                 bases[i] = solver.basis()

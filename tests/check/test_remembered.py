@@ -12,6 +12,7 @@ import gm_ompl
 from gm_ompl.checking import remembered
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.contact.decision import ControlMode
+from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
 from gm_ompl.reference.internal_force import excessive_internal_force
 from gm_ompl.reference.modes import all_mode_sets, decide_modes
@@ -115,3 +116,25 @@ def test_a_tumble_takes_few_programs(monkeypatch: pytest.MonkeyPatch) -> None:
     segments = sum(len(step.segments) for step in plan.steps if step.kind == "displacement")
     assert segments == 120
     assert solved[0] < 25 * segments  # 76 directions, and one program or more for the best modes
+
+
+def _gives_up(*_: object) -> None:
+    raise SolverError("HiGHS ended with 'Unknown'")
+
+
+def test_exact_arithmetic_answers_where_the_solver_gives_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A plan whose programs HiGHS does not solve one by one is found to hold all the same."""
+    plan = gm_ompl.plan(gm_ompl.load("paper/slide", ["lattice.segments=4"]))
+    monkeypatch.setattr(highs.Solver, "solve_for", _gives_up)
+    assert gm_ompl.check(plan).holds
+
+
+def test_what_nobody_decides_is_a_violation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A margin that cannot be decided is not shown to hold; `check` says so and ends."""
+    plan = gm_ompl.plan(gm_ompl.load("paper/slide", ["lattice.segments=4"]))
+    monkeypatch.setattr(Recheck, "margin", _gives_up)
+    report = gm_ompl.check(plan)
+    assert not report.holds
+    assert "cannot be decided: HiGHS" in report.violations[0].message
