@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from typing import NamedTuple
 
 
@@ -41,3 +42,11 @@ class ModeDecision(NamedTuple):
     modes: tuple[ControlMode, ...] = ()
     f_com: tuple[float | None, ...] = ()
     direction: int = -1
+
+
+def undecided(fingers: int, optimistic: bool) -> ModeDecision:
+    """Return what stands for a decision that nobody could prove: none, or any z, for bounds."""
+    if not optimistic:
+        return ModeDecision(Outcome.UNDECIDED, -math.inf)
+    modes = (ControlMode.POSITION,) * fingers
+    return ModeDecision(Outcome.STABLE, math.inf, modes, (None,) * fingers)

@@ -17,10 +17,14 @@ class Backend(Protocol):
     Attributes:
         decisions: mode decisions computed so far; answers from the memo are not counted.
         fallbacks: those among them that another back end had to make.
+        undecided: those among them that nobody could prove.
+        optimistic: whether what nobody can prove counts as any z instead of none: for bounds.
     """
 
     decisions: int
     fallbacks: int
+    undecided: int
+    optimistic: bool
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""

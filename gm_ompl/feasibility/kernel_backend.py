@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
@@ -135,10 +135,7 @@ class KernelBackend:
         if decision is not None:
             return decision
         self.undecided += 1
-        if not self.optimistic:
-            return ModeDecision(Outcome.UNDECIDED, -math.inf)
-        n = len(fingers)
-        return ModeDecision(Outcome.STABLE, math.inf, (ControlMode.POSITION,) * n, (None,) * n)
+        return undecided(len(fingers), self.optimistic)
 
     def decide_many(
         self, environments: IntArray, sets: IntArray, below: float = 0.0

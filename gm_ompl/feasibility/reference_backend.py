@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable
 from typing import final
 
-from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.decision import ModeDecision, undecided
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.reference.modes import decide_modes
+from gm_ompl.reference.proof import proven_decision
 
 
 @final
@@ -20,12 +22,15 @@ class ReferenceBackend:
     Attributes:
         decisions: mode decisions computed so far; answers from the memo are not counted.
         fallbacks: none.
+        undecided: those among them that neither HiGHS nor exact arithmetic could prove.
+        optimistic: see ``Backend``.
     """
 
     def __init__(
         self, problem: Problem, decide: Callable[[Instant], ModeDecision] = decide_modes
     ) -> None:
-        self.decisions = self.fallbacks = 0
+        self.decisions = self.fallbacks = self.undecided = 0
+        self.optimistic = False
         self._problem = problem
         self._decide = decide
         self._diagonal = problem.body.diagonal
@@ -54,10 +59,20 @@ class ReferenceBackend:
         known = self._memo.get(key)
         if known is None:
             contacts = self._contacts[environment]
-            known = self._decide(self._problem.instant(contacts, fingers, placements))
+            known = self._made(self._problem.instant(contacts, fingers, placements))
             self._memo[key] = known
             self.decisions += 1
         return known
+
+    def _made(self, instant: Instant) -> ModeDecision:
+        try:
+            return self._decide(instant)
+        except SolverError:
+            decision = proven_decision(instant)
+        if decision is not None:
+            return decision
+        self.undecided += 1
+        return undecided(len(instant.points), self.optimistic)
 
     def bound(self, environment: int, fingers: tuple[int, ...], placements: Placements) -> float:
         """Return z where it was decided before, else +inf."""

@@ -182,7 +182,7 @@ class Dijkstra(LatticePlanner):
 def bounded(judge: Judge, search: Callable[[], SearchResult]) -> SearchResult:
     """Return what ``search`` finds, claiming no more than the decisions it asked for allow."""
     backend, result = judge.backend, search()
-    if not isinstance(backend, KernelBackend) or not backend.undecided:
+    if not backend.undecided:
         return result
     if not result.optimal and result.status is not Status.INFEASIBLE:
         return dataclasses.replace(result, lower_bound=0.0)

@@ -50,7 +50,8 @@ class Solver:
         self._highs = _Silent()
         for name, value in _OPTIONS.items():
             self._highs.setOptionValue(name, value)
-        # Presolve would discard the warm start, and hides rays behind its own reductions.
+        # Presolve would discard the warm start, and hides rays behind its own reductions; it is
+        # the last resort.
         self._highs.setOptionValue("presolve", "off")
         self._highs.passModel(_highs_lp(program))
         self._rows = np.arange(len(program.row_lower), dtype=np.int32)
@@ -59,12 +60,16 @@ class Solver:
         """Solve the program as it stands.
 
         Raises:
-            SolverError: HiGHS returned neither an optimum nor a certificate, twice.
+            SolverError: HiGHS returned neither an optimum nor a certificate, however asked.
         """
         self._highs.run()
-        if self._highs.getModelStatus() not in _STATUS:
+        for presolve in ("off", "on"):
+            if self._highs.getModelStatus() in _STATUS:
+                break
             self._highs.clearSolver()  # a fresh start where the last basis led astray
+            self._highs.setOptionValue("presolve", presolve)
             self._highs.run()
+        self._highs.setOptionValue("presolve", "off")
         found = self._highs.getModelStatus()
         if found not in _STATUS:
             raise SolverError(f"HiGHS ended with {self._highs.modelStatusToString(found)!r}")

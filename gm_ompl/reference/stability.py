@@ -171,13 +171,16 @@ def resistances(model: Statics, limits: Array, force: BoolArray) -> Array:
         force: (n,) bool, which fingers are force-controlled.
 
     Returns:
-        0 where a direction cannot be resisted at all, or without equilibrium.
+        0 where a direction cannot be resisted at all, is not shown to be, or without equilibrium.
     """
     program = direction_program(model, limits, force)
     solver, found = highs.Solver(program), np.zeros(len(DIRECTIONS))
     for i in _GRAY:
         rows = np.append(DIRECTIONS[i], np.zeros(model.fingers))
-        solution = solver.solve_for(np.where(np.isinf(program.row_lower), -np.inf, rows), rows)
+        try:
+            solution = solver.solve_for(np.where(np.isinf(program.row_lower), -np.inf, rows), rows)
+        except SolverError:
+            continue
         if solution.status is LpStatus.OPTIMAL:
             found[i] = 1.0 / solution.objective if solution.objective > NEGLIGIBLE else np.inf
     return found

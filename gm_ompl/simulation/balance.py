@@ -16,6 +16,7 @@ from scipy import sparse
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.environment import contacts_at
+from gm_ompl.errors import SolverError
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.model import PlacementRecord
 from gm_ompl.problem import Problem
@@ -30,7 +31,7 @@ THRIFT = 1e-3  # weight of the sum of all forces against the depth in the cones:
 class Balance:
     """Finger forces in equilibrium, at one place of a plan; object frame, scenario's units."""
 
-    holds: bool  # whether Eq. (3) has a solution at all.
+    holds: bool  # whether Eq. (3) is found to have a solution at all.
     forces: Array  # (n, 3), each finger's force on the object; zero where ``holds`` is False
     least: Array  # (n,), least normal force in any solution; NaN where ``holds`` is False
     most: Array  # (n,), greatest
@@ -59,13 +60,15 @@ def balance(
     model = statics_at(problem, moment, placements, down)
     forced, commanded = force[down], f_com[down] / model.scale
     forces, least, most = np.zeros((n, 3)), np.full(n, np.nan), np.full(n, np.nan)
-    program = _program(model, forced, commanded)
-    found = highs.solve(program)
-    if found.status is not LpStatus.OPTIMAL:
+    program, edges = _program(model, forced, commanded), model.env_wrenches.shape[1]
+    try:
+        found = highs.solve(program)
+        if found.status is not LpStatus.OPTIMAL:
+            return Balance(False, forces, least, most)
+        least[down], most[down] = _ranges(program, model, forced, commanded)
+    except SolverError:
         return Balance(False, forces, least, most)
-    edges = model.env_wrenches.shape[1]
     forces[down] = model.scale * (model.C_rob @ found.x[edges:-1]).reshape(-1, 3)
-    least[down], most[down] = _ranges(program, model, forced, commanded)
     return Balance(True, forces, least, most)
 
 

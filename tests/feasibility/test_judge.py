@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ModeDecision, Outcome
-from gm_ompl.errors import InputError
-from gm_ompl.feasibility.backends import BACKENDS, make_backend
+from gm_ompl.errors import InputError, SolverError
+from gm_ompl.feasibility import reference_backend
+from gm_ompl.feasibility.backends import BACKENDS, Backend, make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.problem import Problem
+from gm_ompl.reference import proof
 from gm_ompl.reference.judge import ReferenceJudge
 from gm_ompl.scenario.load import load
 
@@ -132,3 +135,40 @@ def test_back_ends_by_name(slide: Problem) -> None:
     wrong = dataclasses.replace(slide.mechanics, backend="hihgs")
     with pytest.raises(InputError, match="did you mean 'highs'"):
         make_backend(dataclasses.replace(slide, mechanics=wrong))
+
+
+def _gives_up(*_: object) -> ModeDecision:
+    raise SolverError("HiGHS ended with 'Unknown'")
+
+
+def test_exact_arithmetic_decides_where_highs_gives_up(slide: Problem) -> None:
+    """The same outcome and z as by HiGHS."""
+    rows = [slide.fingers.placements.find(face, [0, 0]) for face in ("-x", "+z")]
+    pair = tuple(row for row in rows if row is not None)
+    told = []
+    for backend in (ReferenceBackend(slide), ReferenceBackend(slide, _gives_up)):
+        judge = Judge(slide, backend)
+        environment = judge.environment(slide.motion.moment((0.5,), (1.0,)))
+        told.append(backend.decide(environment, (0, 1), pair))
+    assert told[0].outcome is told[1].outcome is Outcome.STABLE
+    assert told[1].z == pytest.approx(told[0].z, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_what_nobody_proves_is_counted_and_optimistic_in_bounds(
+    name: str, slide: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By every back end: no decision in a plan, any z in a bound."""
+    monkeypatch.setattr(proof, "proven_decision", lambda _: None)
+    monkeypatch.setattr(reference_backend, "proven_decision", lambda _: None)
+    monkeypatch.setattr(KernelBackend, "_solve", lambda *_: None)
+    made: dict[str, Backend] = {
+        "kernel": KernelBackend(slide), "highs": ReferenceBackend(slide, _gives_up),
+    }  # fmt: skip
+    backend, judge = made[name], Judge(slide, made[name])
+    environment = judge.environment(slide.motion.moment((0.5,), (1.0,)))
+    assert backend.decide(environment, (0,), (0,)).outcome is Outcome.UNDECIDED
+    assert backend.undecided == 1
+    backend.forget()
+    backend.optimistic = True
+    assert backend.decide(environment, (0,), (0,)).z == np.inf
