@@ -35,7 +35,10 @@ class Limits:
     """
 
     def __init__(
-        self, seconds: float | None, megabytes: float | None, around: Limits | None = None
+        self,
+        seconds: float | None,
+        megabytes: float | None = None,
+        around: Limits | None = None,
     ) -> None:
         self._seconds, self._megabytes = seconds, megabytes
         self._end = math.inf if seconds is None else clock.now() + seconds
@@ -57,6 +60,14 @@ class Limits:
             if resident_memory() >= self._bytes:
                 return f"the memory limit of {self._megabytes:g} MB is reached"
         return "" if self._around is None else self._around.reached()
+
+    def passed(self) -> bool:
+        """Whether one is reached."""
+        return bool(self.reached())
+
+    def part(self, share: float, most: float) -> Limits:
+        """Return limits on time alone: a share of what is left, at most ``most`` seconds."""
+        return Limits(min(most, share * self.left()))
 
     def refuses(self, extra: float) -> str:
         """Return which limit ``extra`` more bytes would pass, with the numbers; empty: none."""
@@ -90,7 +101,7 @@ def lifted(seconds: float | None = None) -> Iterator[None]:
     Args:
         seconds: what it may take at most [s]; None lets it be finished.
     """
-    token = _IN_FORCE.set(Limits(seconds, None))
+    token = _IN_FORCE.set(Limits(seconds))
     try:
         yield
     finally:

@@ -10,7 +10,6 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.diagnosis import remedies
 from gm_ompl.diagnosis.instants import Explainer, contact_lines
-from gm_ompl.diagnosis.limits import Deadline
 from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import finer, sampled, search
 from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
@@ -27,6 +26,7 @@ from gm_ompl.diagnosis.values import (
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.limits import Limits
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
@@ -86,7 +86,7 @@ class _Explaining:
         self._scenario, self._problem = scenario, scenario.problem
         self._judge = Judge(self._problem, make_backend(self._problem))
         self._searching, self._seed = seconds > 0.0, seed
-        self._deadline = Deadline(seconds if self._searching else SURVEYS_ALONE)
+        self._deadline = Limits(seconds if self._searching else SURVEYS_ALONE)
         self._part = self._deadline
         self._explainer = Explainer(self._problem, self._judge, lambda: self._part.passed())
         self._on_path = self._problem.motion.dimension == 1

@@ -10,7 +10,7 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.diagnosis.instants import Explainer
-from gm_ompl.diagnosis.limits import Answer, Deadline, Holds, Words, knobs, least
+from gm_ompl.diagnosis.knobs import Answer, Holds, Words, knobs, least
 from gm_ompl.diagnosis.regions import Region
 from gm_ompl.diagnosis.values import Attempt, Remedy, SetLine
 from gm_ompl.errors import LimitError, ScenarioError
@@ -18,6 +18,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.geometry.surface import face_labels
+from gm_ompl.limits import Limits
 from gm_ompl.planners.planner import Budget, Progress, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Placements, Problem
@@ -124,7 +125,7 @@ _ANSWERS = {Status.SOLVED: Answer.YES, Status.INFEASIBLE: Answer.NO}
 
 
 def for_placements(
-    problem: Problem, placements: Placements, line: SetLine, deadline: Deadline
+    problem: Problem, placements: Placements, line: SetLine, deadline: Limits
 ) -> Iterator[Remedy]:
     """Yield what was tried to let these placements hold from start to goal.
 
@@ -138,7 +139,7 @@ def for_placements(
 
     def holds(changed: Problem, seconds: float) -> Answer:
         judge = Judge(changed, make_backend(changed))
-        explainer = Explainer(changed, judge, Deadline(seconds).passed)
+        explainer = Explainer(changed, judge, Limits(seconds).passed)
         region = Region(explainer, placements, backwards=False)
         if region.arrived:
             return Answer.YES
@@ -149,7 +150,7 @@ def for_placements(
 
 
 def for_scenario(
-    scenario: Scenario, deadline: Deadline, today: Status, off_lattice: bool
+    scenario: Scenario, deadline: Limits, today: Status, off_lattice: bool
 ) -> Iterator[Remedy]:
     """Yield what was tried to let the scenario have a plan, each by searches of limited time.
 
@@ -178,7 +179,7 @@ def for_scenario(
 
 
 def _turned(
-    problem: Problem, holds: Holds, words: Words, today: Answer, deadline: Deadline
+    problem: Problem, holds: Holds, words: Words, today: Answer, deadline: Limits
 ) -> Iterator[Remedy]:
     """Yield the least change of each value by itself."""
     every = list(knobs(problem))
@@ -190,7 +191,7 @@ def _turned(
         )
 
 
-def _all_faces(scenario: Scenario, deadline: Deadline) -> Iterator[Remedy]:
+def _all_faces(scenario: Scenario, deadline: Limits) -> Iterator[Remedy]:
     tree, key = copy.deepcopy(scenario.resolved()), "fingers.placements.faces"
     tree["fingers"]["placements"]["faces"] = "all"
     try:

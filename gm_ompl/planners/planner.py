@@ -83,7 +83,7 @@ class Meter:
             return True
         if budget.stop is not None and budget.stop():
             return True
-        return bool(self._limits.reached() or limits.reached())
+        return self._limits.passed() or bool(limits.reached())
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from gm_ompl.app.main import app
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.diagnosis import remedies
 from gm_ompl.diagnosis.instants import Blame, Explainer, contact_lines
-from gm_ompl.diagnosis.limits import Answer, Deadline, knobs, least
+from gm_ompl.diagnosis.knobs import Answer, knobs, least
 from gm_ompl.diagnosis.regions import whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import PLAN
 from gm_ompl.diagnosis.values import Explanation, Remedy
@@ -27,6 +27,7 @@ from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
+from gm_ompl.limits import Limits
 from gm_ompl.planners.planner import SearchResult, Status
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
@@ -285,7 +286,7 @@ def test_bisection_finds_the_least(truth: Callable[[float], bool], words: tuple[
     def holds(changed: Problem, _: float) -> Answer:
         return Answer.YES if truth(float(changed.fingers.max_normal_force[0])) else Answer.NO
 
-    remedy = least(knob, holds, PLAN, Answer.NO, Deadline(60.0))
+    remedy = least(knob, holds, PLAN, Answer.NO, Limits(60.0))
     assert words[0] in remedy.change and words[1] in remedy.evidence
     assert "today 5" in remedy.evidence
     if remedy.helps:
@@ -297,9 +298,9 @@ def test_what_is_not_known_is_not_called_proven() -> None:
     """A search that ends without an answer settles nothing, above or below."""
     problem = load("paper/slide").problem
     for knob in knobs(problem):
-        vain = least(knob, lambda *_: Answer.UNKNOWN, PLAN, Answer.UNKNOWN, Deadline(60.0))
+        vain = least(knob, lambda *_: Answer.UNKNOWN, PLAN, Answer.UNKNOWN, Limits(60.0))
         assert not vain.helps and "on the lattice" not in vain.evidence
-        late = least(knob, lambda *_: Answer.YES, PLAN, Answer.NO, Deadline(0.0))
+        late = least(knob, lambda *_: Answer.YES, PLAN, Answer.NO, Limits(0.0))
         assert not late.helps and "not settled in the time" in late.evidence
 
 

@@ -1,4 +1,4 @@
-"""The least change of one value with which a plan exists, and the time that this may take."""
+"""The least change of one value with which a plan exists."""
 
 from __future__ import annotations
 
@@ -7,40 +7,15 @@ import enum
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import TypeAlias
 
 import numpy as np
 
-from gm_ompl import clock
 from gm_ompl.arrays import Array
 from gm_ompl.diagnosis.values import Remedy
+from gm_ompl.limits import Limits
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
-
-
-@final
-class Deadline:
-    """A point in time; the clock is the budgets', which stands still while code is compiled.
-
-    Args:
-        seconds: from now.
-    """
-
-    def __init__(self, seconds: float) -> None:
-        self._end = clock.now() + seconds
-
-    def left(self) -> float:
-        """Return the time left [s], at least 0."""
-        return max(0.0, self._end - clock.now())
-
-    def passed(self) -> bool:
-        """Whether no time is left."""
-        return self.left() <= 0.0
-
-    def part(self, share: float, most: float) -> Deadline:
-        """Return a deadline after ``share`` of the time left, in at most ``most`` seconds."""
-        return Deadline(min(most, share * self.left()))
-
 
 FAR = 100.0
 """No value is changed by more than this factor."""
@@ -148,7 +123,7 @@ def _rougher(friction: Array) -> float:
     return min(FAR, MOST_FRICTION / max(float(friction.max()), FROM_ZERO))
 
 
-def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Deadline) -> Remedy:
+def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Limits) -> Remedy:
     """Return the least change of one value that helps, found by bisection.
 
     Args:
@@ -180,7 +155,7 @@ def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Deadl
 
 
 def _bracket(
-    knob: Knob, holds: Holds, proven: bool, deadline: Deadline
+    knob: Knob, holds: Holds, proven: bool, deadline: Limits
 ) -> tuple[float, float | None, bool]:
     """Return a factor that does not help, a larger one that does, and whether the first is proven.
 
