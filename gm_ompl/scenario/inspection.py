@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from gm_ompl.errors import ScenarioError
 from gm_ompl.geometry.hulls import RestingPose, resting_poses
 from gm_ompl.geometry.solids import Body, MassProperties, mass_properties, volume
 from gm_ompl.geometry.surface import Face, faces_of, placements
+from gm_ompl.reading import one_line
 from gm_ompl.scenario.document import Document
 from gm_ompl.scenario.hand import margin_of, offered_faces
 from gm_ompl.scenario.load import load
@@ -113,6 +115,8 @@ def inspect(name: str, overrides: Iterable[str] = ()) -> Inspection:
 def _around(name: str, overrides: Iterable[str]) -> Scenario:
     """Return a scenario with the mesh as its object, afloat, and no fingers."""
     path = Path(name)
+    if not path.exists():
+        raise ScenarioError(f"{one_line(name)}: no such file")
     tree = {
         "format": "gm-ompl-scenario/1",
         "name": path.name,
