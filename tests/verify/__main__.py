@@ -36,9 +36,10 @@ def main() -> int:
         parser.error(
             f"no such count: {', '.join(unknown)}; there are: {', '.join(counting.REGISTRY)}"
         )
+    # Before the first one runs: sources may be edited while they do.
+    stores = {name: store_of(name) for name in options.names or sorted(counting.REGISTRY)}
     failed = 0
-    for name in options.names or sorted(counting.REGISTRY):
-        store = store_of(name)
+    for name, store in stores.items():
         records = counting.run(
             counting.REGISTRY[name], store, processes=options.processes, limit=options.limit
         )
