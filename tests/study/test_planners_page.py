@@ -11,6 +11,7 @@ import pytest
 from docs.tables import planners
 from docs.tables.pages import write_tables
 from docs.tables.planners import DESIGN, curves, draw, rates
+from gm_ompl.planners.registry import PLANNERS
 from tests.study.test_compare_report import EVIL, OPTIMA, RUNS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "planners.md"
@@ -60,3 +61,14 @@ def test_no_page_is_said_before_any_run(tmp_path: Path, capsys: pytest.CaptureFi
     code = planners.main(["--page", str(tmp_path / "none.md"), "--store", str(store)])
     assert code == 2 and "--page" in capsys.readouterr().err
     assert not store.exists()
+
+
+def test_parameters_are_those_that_the_planners_declare() -> None:
+    """Name, default and meaning, a row each; no other is named."""
+    declared = {
+        f"| `{one.name}` | {one.default} | {one.meaning} |"
+        for planner in ("HybridRRT", "HybridRRTstar")
+        for one in PLANNERS[planner].parameters
+    }
+    section = PAGE.read_text().split("## Parameters")[1].split("\n## ")[0]
+    assert {line for line in section.splitlines() if line.startswith("| `")} == declared
