@@ -11,11 +11,13 @@ import numpy as np
 from gm_ompl.arrays import Array, fix
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import Environment
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.motion.arc import Arc, Motion
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
 
@@ -147,9 +149,10 @@ class Problem:
         Raises:
             InputError: the start or the goal is off the lattice.
         """
-        return LatticeGraph(
-            self.motion, self.lattice, self.start, self.goal, self.cost.samples_per_arc
-        )
+        parts = self.cost.samples_per_arc
+        if isinstance(self.motion, FreeMotion):
+            return ContactLattice(self.motion, self.body, self.environment, parts)
+        return LatticeGraph(self.motion, self.lattice, self.start, self.goal, parts)
 
     def instant(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements
