@@ -60,6 +60,15 @@ class Fingers:
         outward: Array = table.points[rows] - self.radius[:, None] * table.normals[rows]
         return outward
 
+    @property
+    def reach(self) -> float:
+        """How far a fingertip may be from the object's centre of mass."""
+        table, farthest = self.placements, 0.0
+        for radius in set(self.radius.tolist()):
+            centres = np.linalg.norm(table.centres(radius), axis=1)
+            farthest = max(farthest, float(centres.max(initial=0.0)) + radius)
+        return farthest
+
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 
@@ -151,7 +160,9 @@ class Problem:
         """
         parts = self.cost.samples_per_arc
         if isinstance(self.motion, FreeMotion):
-            return ContactLattice(self.motion, self.body, self.environment, parts)
+            return ContactLattice(
+                self.motion, self.body, self.environment, parts, self.fingers.reach
+            )
         return LatticeGraph(self.motion, self.lattice, self.start, self.goal, parts)
 
     def instant(

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from typing import Final, final
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, cross
 from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.lines import Line, contact_groups
 from gm_ompl.contact.offers import Offer, Offers
+from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import Stops
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.geometry.solids import Body
-from gm_ompl.geometry.sweep import Sweep, heights
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, Way
-from gm_ompl.motion.screw import Screw, Slide, Tumble
+from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
 
 SHORTEST: Final = 1e-4
 """An arc on which no corner moves farther than this, relative to D, is none."""
@@ -29,13 +30,41 @@ SHORTEST: Final = 1e-4
 SLACK: Final = 1e-6
 """How far the centre of mass may leave the region, relative to D."""
 
-SAME: Final = 1e-6
-"""Poses are one up to this, relative to D and in radians."""
-
 COUNTED: Final = 1e-9
 """A number of segments that is whole up to this is that number."""
 
-AXES = np.eye(3)
+DECIMALS: Final = 8
+"""Heights (over D) and places between the grid's (in steps) are one up to so many decimals."""
+
+
+class Template(NamedTuple):
+    """An arc without the place where it begins.
+
+    Attributes:
+        piece: the motion; a pivot is seen from the centre of mass.
+        line: about which it turns, likewise; None for translations.
+        by: (3,), the way of the centre of mass.
+        extent: (2, 3), the least and greatest of its coordinates on that way, from where it begins.
+        box: (2, 3), likewise of the whole object.
+        rotation: (3, 3), of the object at the end.
+        steps: how many steps of the lattice it is long.
+        parts: number of segments.
+        pitch: as ``Arc`` has it.
+        goes_on: whether the rotation is under way at the end.
+        kind: equal for arcs with the same template where nothing but the floor is near.
+    """
+
+    piece: Piece
+    line: Line | None
+    by: Array
+    extent: Array
+    box: Array
+    rotation: Array
+    steps: float
+    parts: int
+    pitch: float | None
+    goes_on: bool
+    kind: Hashable
 
 
 @final
@@ -47,6 +76,7 @@ class ContactLattice:
         body: the object.
         environment: what it touches and may run into.
         parts: segments per step.
+        reach: how far object and fingertips reach from the centre of mass.
 
     Attributes:
         start: the node at the start.
@@ -54,18 +84,23 @@ class ContactLattice:
     """
 
     def __init__(
-        self, motion: FreeMotion, body: Body, environment: Environment, parts: int
+        self, motion: FreeMotion, body: Body, environment: Environment, parts: int, reach: float
     ) -> None:
         self._motion, self._body, self._environment = motion, body, environment
         self._parts, self._D = parts, body.diagonal
         self._touching = environment.contact_tolerance * self._D
         steps = motion.steps
         self._offers = Offers(steps, motion.start.position, self._D, self._touching)
-        self._stops = Stops(body, environment)
-        self._nodes = _Nodes(self._D)
+        self._open = replace(environment, obstacles=())
+        self._stops, self._floor = Stops(body, environment), Stops(body, self._open)
+        own = float(np.linalg.norm(body.vertices, axis=1).max())
+        # A pivot is on the object; nothing goes farther from it than twice round the object.
+        self._far = max(own, reach) + max(2.0 * own, steps.translation) + self._touching
+        self._nodes = NumberedPoses(self._D)
+        self._templates: dict[Hashable, tuple[Template, ...]] = {}
         self._arcs: dict[int, tuple[GraphArc, ...]] = {}
         self._depths: dict[int, int] | None = None
-        self.start = self._nodes.number(motion.start, None)
+        self.start = self._nodes.number(motion.start.rotation, motion.start.position, None)
         self.goal_nodes: tuple[int, ...] | None = None
 
     def arcs_from(self, node: int) -> Sequence[GraphArc]:
@@ -94,61 +129,136 @@ class ContactLattice:
         return self._depths[node]
 
     def _made(self, node: int) -> Iterator[GraphArc]:
-        pose, under_way = self._nodes.poses[node], self._nodes.lines[node]
-        contacts = environment_contacts(self._body, self._environment, pose)
-        heads = {node}
-        for offer in self._offers.at(pose, contacts, under_way):
-            arc = self._arc(pose, offer)
-            if arc is not None and arc.head not in heads:
-                heads.add(arc.head)
-                yield arc
+        """Yield the arcs that leave a node, none of them to where another leads."""
+        pose, heads = self._nodes.poses[node], {node}
+        for template in self._templates_at(node):
+            if not self._inside(pose.position, template):
+                continue
+            line = template.line if template.goes_on else None
+            if line is not None:
+                line = Line(line.point + pose.position, line.direction)
+            head = self._nodes.number(template.rotation, pose.position + template.by, line)
+            if head not in heads:
+                heads.add(head)
+                piece = template.piece
+                if isinstance(piece, Tumble):
+                    piece = Tumble(piece.pivot + pose.position, piece.axis, piece.angle)
+                arc = Screw(pose, piece, pitch=template.pitch)
+                yield GraphArc(head, arc, template.parts, template.kind)
 
-    def _arc(self, pose: Pose, offer: Offer) -> GraphArc | None:
-        """Return the arc that a motion comes to; None where there is none."""
-        whole = offer.piece.sweep(pose, 1.0)
-        least = SHORTEST * self._D / self._longest_way(whole)
-        if least > 1.0 or not self._inside(whole, least, SLACK):
+    def _templates_at(self, node: int) -> Iterable[Template]:
+        """Return the arcs at a node."""
+        pose = self._nodes.poses[node]
+        corners = pose.apply(self._body.vertices)
+        if self._stops.beside(corners.min(axis=0), corners.max(axis=0)):
+            return self._cut_short(node, self._environment, None)
+        templates = self._over_floor(node)
+        if not self._stops.near(pose.position, self._far):
+            return templates
+        found = (self._beside(pose, template) for template in templates)
+        return (template for template in found if template is not None)
+
+    def _over_floor(self, node: int) -> tuple[Template, ...]:
+        """Return the arcs at a node as they are with nothing but the floor there."""
+        pose, line, steps = self._nodes.poses[node], self._nodes.lines[node], self._motion.steps
+        places = (pose.position - self._motion.start.position) / steps.translation
+        between = np.round(places[list(steps.translate)], DECIMALS - 1) % 1.0
+        height = round(float(pose.position[2]) / self._D, DECIMALS)
+        turning: Hashable = None
+        if line is not None:
+            arm = (line.point - pose.position) / self._D
+            arm = arm - (arm @ line.direction) * line.direction
+            turning = (*(np.round([*arm, *line.direction], DECIMALS - 1) + 0.0).tolist(),)
+        key = (self._nodes.attitudes[node], height, between.tobytes(), turning)
+        known = self._templates.get(key)
+        if known is None:
+            known = self._templates[key] = tuple(self._cut_short(node, self._open, key))
+        return known
+
+    def _beside(self, pose: Pose, template: Template) -> Template | None:
+        """Return what obstacles leave of an arc."""
+        low, high = pose.position + template.box
+        if not self._stops.beside(low, high):
+            return template._replace(kind=None)
+        piece, line = template.piece, template.line
+        if isinstance(piece, Tumble):
+            piece = Tumble(piece.pivot + pose.position, piece.axis, piece.angle)
+        if line is not None:
+            line = Line(line.point + pose.position, line.direction)
+        offer = Offer(piece, line, template.steps)
+        return self._template(pose, offer, self._environment, self._stops, None)
+
+    def _cut_short(
+        self, node: int, environment: Environment, key: Hashable | None
+    ) -> Iterator[Template]:
+        """Yield what the motions that are offered come to."""
+        pose, stops = self._nodes.poses[node], self._stops
+        if environment is self._open:
+            stops = self._floor
+        contacts = environment_contacts(self._body, environment, pose)
+        for number, offer in enumerate(self._offers.at(pose, contacts, self._nodes.lines[node])):
+            kind = None if key is None else (key, number)
+            template = self._template(pose, offer, environment, stops, kind)
+            if template is not None:
+                yield template
+
+    def _template(
+        self, pose: Pose, offer: Offer, environment: Environment, stops: Stops, kind: Hashable
+    ) -> Template | None:
+        """Return what a motion comes to; None: it is too short to be one."""
+        share = stops.free_share(offer.piece.sweep(pose, 1.0))
+        if share * self._longest_way(pose, offer.piece) < SHORTEST * self._D:
             return None
-        share = self._stops.free_share(whole)
-        if share < least:
-            return None
-        if not self._inside(whole, share, SLACK):
-            return None
-        steps, piece = share * offer.steps, offer.piece
-        if share < 1.0 and isinstance(piece, Slide):
-            piece = Slide(share * piece.by)
-        elif share < 1.0 and isinstance(piece, Tumble):
-            piece = Tumble(piece.pivot, piece.axis, share * piece.angle)
-        pitch, parts = None, self._parts
+        steps, line = share * offer.steps, offer.line
+        pitch, parts, goes_on = None, self._parts, False
         if steps < 1.0 - COUNTED:
             parts = max(1, math.ceil(self._parts * steps - COUNTED))
             pitch = 1.0 / (self._parts * steps)
-        screw = Screw(pose, piece, pitch=pitch)
-        return GraphArc(self._head(screw.end, offer.line), screw, parts)
-
-    def _head(self, pose: Pose, line: Line | None) -> int:
-        """Return the node at an arc's end."""
+        piece: Piece
+        if isinstance(offer.piece, Slide):
+            piece = offer.piece if share == 1.0 else Slide(share * offer.piece.by)
+            end = Pose(pose.rotation, pose.position + piece.by)
+        else:
+            turn = offer.piece
+            end = pose.turned(turn.pivot, turn.axis, share * turn.angle)
+            piece = Tumble(turn.pivot - pose.position, turn.axis, share * turn.angle)
         if line is not None:
-            contacts = environment_contacts(self._body, self._environment, pose)
-            if self._offers.begins(pose, contact_groups(contacts, self._touching)):
-                line = None
-        return self._nodes.number(pose, line)
+            contacts = environment_contacts(self._body, environment, end)
+            goes_on = not self._offers.begins(end, contact_groups(contacts, self._touching))
+            line = Line(line.point - pose.position, line.direction)
+        extent, box = self._extents(pose, end, piece)
+        by = end.position - pose.position
+        return Template(
+            piece, line, by, extent, box, end.rotation, steps, parts, pitch, goes_on, kind
+        )
 
-    def _longest_way(self, whole: Sweep) -> float:
+    def _extents(self, pose: Pose, end: Pose, piece: Piece) -> tuple[Array, Array]:
+        """Return the boxes (2, 3) in which the centre of mass and the object stay on an arc."""
+        by = end.position - pose.position
+        ends = np.array([np.zeros(3), by, *(_extremes(piece) if isinstance(piece, Tumble) else ())])
+        first = self._body.vertices @ pose.rotation.T
+        corners = np.concatenate([first, self._body.vertices @ end.rotation.T + by])
+        margin = self._touching
+        if isinstance(piece, Tumble):
+            margin += piece.sweep(Pose(pose.rotation, np.zeros(3)), 1.0).sagitta(
+                first - piece.pivot
+            )
+        box = np.array([corners.min(axis=0) - margin, corners.max(axis=0) + margin])
+        return np.array([ends.min(axis=0), ends.max(axis=0)]), box
+
+    def _longest_way(self, pose: Pose, piece: Piece) -> float:
         """Return how far a corner goes at most."""
-        if whole.angle == 0.0:
-            return float(np.linalg.norm(whole.drift))
-        arms = whole.arms(self._body.vertices)
-        beside = arms - np.outer(arms @ whole.axis, whole.axis)
-        return abs(whole.angle) * float(np.linalg.norm(beside, axis=1).max())
+        if isinstance(piece, Slide):
+            return float(np.linalg.norm(piece.by))
+        arms = pose.apply(self._body.vertices) - piece.pivot
+        beside = arms - np.outer(arms @ piece.axis, piece.axis)
+        return abs(piece.angle) * float(np.linalg.norm(beside, axis=1).max())
 
-    def _inside(self, whole: Sweep, share: float, slack: float) -> bool:
-        """Whether the centre of mass stays in the region for a share of a motion."""
-        arm = (whole.start.position - whole.pivot)[None]
-        low, high = self._motion.region
-        over = heights(whole, arm, AXES, low).least(0.0, share)[:, 0]
-        under = heights(whole, arm, -AXES, -high).least(0.0, share)[:, 0]
-        return bool(min(over.min(), under.min()) >= -slack * self._D)
+    def _inside(self, position: Array, template: Template) -> bool:
+        """Whether the centre of mass stays in the region."""
+        over = position + template.extent - self._motion.region
+        slack = SLACK * self._D
+        return bool(over[0].min() >= -slack and over[1].max() <= slack)
 
     def in_goal(self, node: int) -> bool:
         """Whether the object has arrived at a node."""
@@ -172,62 +282,14 @@ class ContactLattice:
         return Way(poses, ((),) * len(nodes), tuple(arcs))
 
 
-@final
-class _Nodes:
-    """Numbers poses, with the rotation under way; the first one found stands for all near it.
-
-    Args:
-        diagonal: D.
-
-    Attributes:
-        poses: of the nodes.
-        lines: of the rotations under way there.
-    """
-
-    def __init__(self, diagonal: float) -> None:
-        self._D = diagonal
-        self.poses: list[Pose] = []
-        self.lines: list[Line | None] = []
-        self._cells: dict[tuple[int, ...], list[int]] = {}
-
-    def number(self, pose: Pose, line: Line | None) -> int:
-        """Return the node with this pose and this rotation under way."""
-        features = self._features(pose)
-        cells = [np.unique(np.floor(f + np.array([-SAME, 0.0, SAME]) / CELL)) for f in features]
-        for cell in itertools.product(*(part.astype(int).tolist() for part in cells)):
-            for node in self._cells.get(cell, ()):
-                if self._same(node, pose, line):
-                    return node
-        home = tuple(np.floor(features).astype(int).tolist())
-        self._cells.setdefault(home, []).append(len(self.poses))
-        self.poses.append(pose)
-        self.lines.append(line)
-        return len(self.poses) - 1
-
-    def _features(self, pose: Pose) -> Array:
-        """Return numbers (4,), in cells, that hardly differ between poses that are one."""
-        position = pose.position / self._D
-        turned = float((pose.rotation * WEIGHTS).sum()) / 4.0  # changes by less than the angle
-        features: Array = np.array([*position.tolist(), turned]) / CELL + OFFSET
-        return features
-
-    def _same(self, node: int, pose: Pose, line: Line | None) -> bool:
-        other, under_way = self.poses[node], self.lines[node]
-        if np.linalg.norm(pose.position - other.position) > SAME * self._D:
-            return False
-        # The norm of the difference is sqrt(8) times the sine of half the angle.
-        if np.linalg.norm(pose.rotation - other.rotation) > math.sqrt(2.0) * SAME:
-            return False
-        if line is None or under_way is None:
-            return line is under_way
-        return line.same(under_way, SAME * self._D)
-
-
-CELL: Final = 1e-3
-"""Width of the cells in which poses are looked up."""
-
-OFFSET: Final = 0.3819660112501051
-"""Where cells begin, in cells: on a lattice poses lie at whole multiples, not near a cell's end."""
-
-WEIGHTS = np.array([[0.61, -0.37, 0.83], [0.29, 0.71, -0.53], [-0.47, 0.59, 0.43]])
-"""Tell rotations apart, no two alike."""
+def _extremes(turn: Tumble) -> Iterator[Array]:
+    """Yield where a point that begins at the origin is while a coordinate is least or greatest."""
+    arm = -turn.pivot
+    still = (arm @ turn.axis) * turn.axis
+    ahead = cross(turn.axis, arm)
+    for k in range(3):
+        highest = math.atan2(float(ahead[k]), float((arm - still)[k]))
+        for angle in (highest, highest + math.pi):
+            way = angle % math.tau if turn.angle > 0.0 else angle % math.tau - math.tau
+            if 0.0 < way / turn.angle < 1.0:
+                yield rotation_about(turn.axis, way) @ arm - arm

@@ -51,6 +51,19 @@ class Stops:
         self._low = np.array([piece.bounds[0] for piece in self._pieces]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in self._pieces]).reshape(-1, 3)
 
+    def near(self, position: Array, reach: float) -> bool:
+        """Whether an obstacle may be nearer to a place (3,) than ``reach``."""
+        if not self._pieces:
+            return False
+        way = np.minimum(np.maximum(position, self._low), self._high) - position
+        return bool((np.einsum("ij,ij->i", way, way) <= reach * reach).any())
+
+    def beside(self, low: Array, high: Array) -> bool:
+        """Whether an obstacle's bounding box meets that of two corners (3,)."""
+        margin = self._touching
+        meets = (self._low <= high + margin) & (low - margin <= self._high)
+        return bool(meets.all(axis=1).any())
+
     def free_share(self, sweep: Sweep) -> float:
         """Return the share of a translation or a turn that the object can go, 0 to 1."""
         share = min((self._over_floor(sweep, p) for p in self._body.pieces), default=1.0)
