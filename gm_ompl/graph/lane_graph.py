@@ -259,17 +259,17 @@ class LaneGraph:
         Returns:
             Whether all hold; else the lane's bounds have changed.
         """
-        arcs, states = np.array(way, dtype=np.int64), self.tables.states
-        if (states[arcs] == UNASKED).any():
+        kinds, states = self.tables.kind[list(way)], self.tables.states
+        if (states[kinds] == UNASKED).any():
             self._states_asked += sum(self._table.ask(a) > 0 for a in way)
             self._backend.pool.reserve(1 + int(states.max()))
-        at, parts = np.nonzero(np.isinf(lane.known[arcs]))
+        at, parts = np.nonzero(np.isinf(lane.known[kinds]))
         # Smallest bound first; among equals from the far end, where paths tend to fail.
-        order = np.lexsort((-at, lane.z[arcs[at], parts]))
+        order = np.lexsort((-at, lane.z[kinds[at], parts]))
         holds = True
-        for a, j in zip(arcs[at[order]].tolist(), parts[order].tolist(), strict=True):
-            if np.isinf(lane.known[a, j]):
-                state = int(states[a, j])
+        for k, j in zip(kinds[at[order]].tolist(), parts[order].tolist(), strict=True):
+            if np.isinf(lane.known[k, j]):
+                state = int(states[k, j])
                 margin = self._known.decide(lane.placements, state)
                 lane.known[states == state] = margin
                 if margin == FAILED:

@@ -79,7 +79,7 @@ class Known:
         return 0 if self._pool is None else self._pool.version
 
     def margins(self, placements: Placements) -> Array:
-        """Return the margins of a set (A, P), over the kernel's unit of force.
+        """Return the margins of a set (K, P), over the kernel's unit of force.
 
         They are +inf where undecided, FAILED where below z_min.
         """
@@ -121,7 +121,7 @@ class Known:
         return bool(known[node])
 
     def bounds(self, sets: IntArray) -> tuple[Array, Array]:
-        """Return for sets (L, n) lower bounds on Eq. (9) (L, A), and on the cost to go (L, V)."""
+        """Return for sets (L, n) lower bounds on Eq. (9) (L, K), and on the cost to go (L, V)."""
         tables = self.table.measured
         found = [np.full(tables.states.shape, np.inf)]
         places = np.zeros(len(sets), dtype=np.int64)
@@ -131,7 +131,7 @@ class Known:
                 places[i] = len(found)
                 found.append(margins)
         known, cuts = np.array(found), self.cuts
-        costs = np.empty((len(sets), len(tables.tail)))
+        costs = np.empty((len(sets), len(tables.states)))
         d = np.empty((len(sets), len(tables.goal)))
 
         def work(part: slice) -> None:

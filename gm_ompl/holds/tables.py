@@ -30,16 +30,18 @@ UNASKED: Final = -1
 class Tables(NamedTuple):
     """The tables as compiled code reads them.
 
-    The object's nodes are numbered 0..V - 1, its arcs 0..A - 1. An arc has at most P segments; one
-    that has fewer repeats the last one's contact state, with no length.
+    The object's nodes are numbered 0..V - 1, its arcs 0..A - 1, and their kinds 0..K - 1: arcs of
+    one kind differ in nothing that concerns the hand. An arc has at most P segments; one that has
+    fewer repeats the last one's contact state, with no length.
 
     Attributes:
         tail: (A,), the node where each arc begins.
         head: (A,), and where it ends.
-        like: (A,), its row in ``free`` and ``lengths``: an arc and its way back share one.
+        kind: (A,), of each arc.
+        like: (K,), a kind's row in ``free`` and ``lengths``: an arc and its way back share one.
         order: (A,), the arcs such that costs to the goal settle soon, each arc after those ahead.
         one_pass: whether they settle in one pass, as on a row of nodes.
-        states: (A, P), contact states of the segments, UNASKED where no search has come yet.
+        states: (K, P), contact states of the segments, UNASKED where no search has come yet.
         free: (n, placements, rows), whether object and fingertip are free along the arc.
         lengths: (n, placements, rows, P), chords |dq_finger i,j| of Eq. (9).
         node_free: (n, placements, V), whether they are free at the nodes.
@@ -54,6 +56,7 @@ class Tables(NamedTuple):
 
     tail: IntArray
     head: IntArray
+    kind: IntArray
     like: IntArray
     order: IntArray
     one_pass: bool
@@ -129,7 +132,10 @@ class ArcTable:
         claim_tables(problem, len(frame.poses), "the way")
         scale = backend.scale if isinstance(backend, KernelBackend) else 1.0
         head = np.array([arc.head for arc in frame.arcs], dtype=np.int64)
-        self._rows, like = _rows(frame.arcs)
+        self._firsts, kind = _kinds(frame.arcs)
+        # An arc for each row, and each kind's row.
+        rows, like = _rows([frame.arcs[a] for a in self._firsts])
+        self._rows = [self._firsts[k] for k in rows]
         nodes = [judge.node(pose) for pose in watched(frame.poses, stop)]
         along = [judge.along(frame.arcs[a].arc) for a in watched(self._rows, stop)]
         self.object_free = all(place.object_free for place in nodes + along)
@@ -140,10 +146,11 @@ class ArcTable:
         self.tables = Tables(
             tail=frame.tail,
             head=head,
+            kind=kind,
             like=like,
             order=frame.order,
             one_pass=frame.one_pass,
-            states=np.full((len(frame.arcs), P), UNASKED),
+            states=np.full((len(like), P), UNASKED),
             free=free,
             lengths=np.empty((hand.count, len(hand.placements), 0, P)),
             node_free=node_free,
@@ -200,25 +207,28 @@ class ArcTable:
             for a in tables.order.tolist():
                 limits.check()
                 tail = ahead[..., tables.tail[a]]
-                through = ahead[..., tables.head[a]] + cost[..., tables.like[a]]
+                row = tables.like[tables.kind[a]]
+                through = ahead[..., tables.head[a]] + cost[..., row]
                 falling = falling or (not tables.one_pass and bool((through < tail).any()))
                 np.minimum(tail, through, out=tail)
         return ahead
 
     def state(self, arc: int, part: int) -> int:
         """Return the contact state of a segment."""
-        known = int(self.tables.states[arc, part])
+        kind = int(self.tables.kind[arc])
+        known = int(self.tables.states[kind, part])
         if known == UNASKED:
-            middles = self._middles.get(arc)
+            middles = self._middles.get(kind)
             if middles is None:
-                middles = self._middles[arc] = self.frame.arcs[arc].middles()
+                middles = self._middles[kind] = self.frame.arcs[self._firsts[kind]].middles()
             known = self._judge.environment(middles[min(part, len(middles) - 1)])
-            self.tables.states[arc, part] = known
+            self.tables.states[kind, part] = known
         return known
 
     def ask(self, arc: int) -> int:
         """Find the contact states of an arc; return how many were not known."""
-        unasked = np.flatnonzero(self.tables.states[arc] == UNASKED).tolist()
+        states = self.tables.states[self.tables.kind[arc]]
+        unasked = np.flatnonzero(states == UNASKED).tolist()
         for part in unasked:
             self.state(arc, part)
         return len(unasked)
@@ -230,6 +240,18 @@ class ArcTable:
             known = self._judge.environment(Moment(self.frame.poses[node]))
             self._rests[node] = known
         return known
+
+
+def _kinds(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:
+    """Return the first arc of each kind, and each arc's kind."""
+    firsts: list[int] = []
+    known: dict[object, int] = {}
+    kinds = np.empty(len(arcs), dtype=np.int64)
+    for a, arc in enumerate(arcs):
+        kinds[a] = known.setdefault(a if arc.kind is None else ("kind", arc.kind), len(firsts))
+        if kinds[a] == len(firsts):
+            firsts.append(a)
+    return firsts, kinds
 
 
 def _rows(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:

@@ -150,6 +150,7 @@ def _tables(pool: CutPool) -> tuple[Tables, CutTables]:
     tables = Tables(
         tail=none[0],
         head=none[0] + 1,
+        kind=none[0],
         like=none[0],
         order=none[0],
         one_pass=True,
