@@ -16,9 +16,9 @@ from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import lane_table
 from gm_ompl.holds.bounds import refresh
-from gm_ompl.holds.known import FAILED, UNDECIDED, WORTH_A_THREAD, Known, at_once
+from gm_ompl.holds.known import FAILED, UNDECIDED, Known, at_once
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
-from gm_ompl.holds.tables import UNASKED
+from gm_ompl.holds.tables import UNASKED, WORTH_A_THREAD
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem

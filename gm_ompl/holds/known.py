@@ -14,15 +14,12 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.bounds import refresh_many
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.tables import ArcTable, Tables
+from gm_ompl.holds.tables import WORTH_A_THREAD, ArcTable, Tables
 from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 
 FAILED: Final = -1.0
 """Stands for a margin that is known to be below z_min."""
-
-WORTH_A_THREAD: Final = 500
-"""Sets whose bounds take longer than it takes to start a thread."""
 
 UNDECIDED: Final = -1
 """Of a rest: neither 1, it holds, nor 0, it does not."""

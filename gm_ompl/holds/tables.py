@@ -10,6 +10,8 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
@@ -22,6 +24,12 @@ from gm_ompl.problem import Problem
 NODE_BYTES, NUMBERS = 7000.0, 4.5
 """What the object's arcs at a node take, and how many numbers per node, finger and placement are
 held beside the lengths of an arc: measured."""
+
+ARCS_AT_ONCE: Final = 5_000_000
+"""Arcs settled between two looks at the limits in force, about: some tenths of a second."""
+
+WORTH_A_THREAD: Final = 500
+"""Sets whose bounds take longer than it takes to start a thread."""
 
 UNASKED: Final = -1
 """Stands for a contact state that was not asked for yet: nothing bounds z there."""
@@ -71,6 +79,24 @@ class Tables(NamedTuple):
     z_min: float
     X_stab: float
     X_regr: float
+
+
+@compiled
+def settle(cost: Array, tables: Tables, ahead: Array) -> None:
+    """Write the least costs to a goal node (m, V), by arcs whose rows cost this (m, rows)."""
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
+    kind, like = tables.kind, tables.like
+    for i in range(cost.shape[0]):
+        d, falling = ahead[i], True
+        for c in range(len(d)):
+            d[c] = 0.0 if tables.goal[c] else np.inf
+        while falling:
+            falling = False
+            for k in range(len(order)):
+                a = order[k]
+                through = d[head[a]] + cost[i, like[kind[a]]]
+                if through < d[tail[a]]:
+                    d[tail[a]], falling = through, again
 
 
 class Frame(NamedTuple):
@@ -193,24 +219,22 @@ class ArcTable:
         # regrasps again may change.
         shortest = np.where(self.tables.free, travel, np.inf).min(axis=1, initial=np.inf)
         least = self._ahead(shortest.max(axis=0, initial=0.0))
+        if not self.tables.one_pass:  # nearest the goal first: little is settled twice
+            order = np.argsort(least[self.tables.head], kind="stable")
+            self.tables = self.tables._replace(order=order)
         ahead = self._ahead(np.where(self.tables.free, travel, np.inf))
         return self.tables._replace(lengths=lengths, ahead=ahead, least=least)
 
     def _ahead(self, cost: Array) -> Array:
         """Return (.., V): least cost to a goal node by arcs that cost (.., rows)."""
-        tables = self.tables
-        ahead = np.full((*cost.shape[:-1], len(tables.goal)), np.inf)
-        ahead[..., tables.goal] = 0.0
-        falling = True
-        while falling:
-            falling = False
-            for a in tables.order.tolist():
-                limits.check()
-                tail = ahead[..., tables.tail[a]]
-                row = tables.like[tables.kind[a]]
-                through = ahead[..., tables.head[a]] + cost[..., row]
-                falling = falling or (not tables.one_pass and bool((through < tail).any()))
-                np.minimum(tail, through, out=tail)
+        ahead = np.empty((*cost.shape[:-1], len(self.tables.goal)))
+        rows, found = cost.reshape(-1, cost.shape[-1]), ahead.reshape(-1, ahead.shape[-1])
+
+        def work(part: slice) -> None:
+            settle(rows[part], self.tables, found[part])
+
+        at_once = max(1, ARCS_AT_ONCE // max(1, len(self.tables.tail)))
+        share_out(work, len(rows), WORTH_A_THREAD, at_once)
         return ahead
 
     def state(self, arc: int, part: int) -> int:
