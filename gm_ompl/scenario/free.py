@@ -189,11 +189,13 @@ def _check_steps(model: ScenarioModel, D: float, notes: Notes) -> None:
     """Note steps so short that the lattice has no arcs of their length."""
     steps = model.lattice.steps
     assert steps is not None
-    longest = {"translation": (steps.translation, D, ""), "rotation": (steps.rotation, 1.0, " rad")}
-    for key, (step, least, unit) in longest.items():
-        if step is not None and step < SHORTEST * least:
-            wanted = (
-                f"makes arcs shorter than {SHORTEST:g} of the object's size, which do not count; "
-                f"make it at least {SHORTEST * least:.3g}{unit}"
-            )
-            notes.wrong(("lattice", "steps", key), step, wanted)
+    assert steps.translation is not None
+    assert steps.rotation is not None
+    short = f"makes arcs shorter than {SHORTEST:g} of the object's size, which do not count; "
+    path: Path = ("lattice", "steps")
+    if steps.translation < SHORTEST * D:
+        wanted = f"{short}make it at least {SHORTEST * D:.3g}"
+        notes.wrong((*path, "translation"), steps.translation, wanted)
+    if steps.rotation < SHORTEST:
+        wanted = f"{short}make it at least {math.degrees(SHORTEST):.3g} deg"
+        notes.wrong((*path, "rotation"), f"{math.degrees(steps.rotation):g} deg", wanted)

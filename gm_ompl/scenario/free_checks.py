@@ -9,9 +9,9 @@ from gm_ompl.motion.free import AXES
 from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import REST
-from gm_ompl.scenario.goals import ANY, FreeModel, GoalModel, RegionModel
+from gm_ompl.scenario.goals import ANY, FreeModel, GoalModel, RegionModel, turn_of
 from gm_ompl.scenario.model import MAX_COUNT, ScenarioModel
-from gm_ompl.scenario.motion_checks import Finding, kind_of
+from gm_ompl.scenario.motion_checks import Finding, foreign_steps, kind_of
 
 GOAL: Path = ("motion", "goal")
 
@@ -61,10 +61,13 @@ def _goal(goal: GoalModel | RegionModel) -> Iterator[Finding]:
         if goal.position[2] == REST and (goal.up is not None or goal.rotation == ANY):
             wanted = (
                 f"how high it rests hangs on how it is turned, which {open_key} leaves open; give "
-                "a height, or a range instead of the position: x: [0, 1], z: [0, 2]"
+                "a height, or ranges instead of position, for example x: [5, 5], y: [0, 0]"
             )
             yield (*GOAL, "position", 2), REST, wanted
         return
+    if not _names_something(goal):
+        wanted = "names neither a place nor a rotation; give one, for example position: [5, 0, 1]"
+        yield GOAL, ..., wanted
     for key in AXES:
         yield from _ordered((*GOAL, key), getattr(goal, key))
     if goal.yaw == ANY:
@@ -73,6 +76,12 @@ def _goal(goal: GoalModel | RegionModel) -> Iterator[Finding]:
     elif isinstance(goal.yaw, tuple):
         wanted = "must be one angle, for example 30 deg; where the heading is open write up: +z"
         yield (*GOAL, "yaw"), ..., wanted
+
+
+def _names_something(goal: RegionModel) -> bool:
+    """Whether a goal leaves anything out."""
+    turned = goal.up is not None or goal.yaw is not None or turn_of(goal) is not None
+    return turned or any(getattr(goal, key) is not None for key in AXES)
 
 
 def _within(goal: GoalModel | RegionModel) -> Iterator[Finding]:
@@ -86,21 +95,24 @@ def _within(goal: GoalModel | RegionModel) -> Iterator[Finding]:
 
 def _foreign(goal: GoalModel | RegionModel) -> Iterator[Finding]:
     """Yield what only a goal of free motion may have."""
+    if isinstance(goal, RegionModel) and goal.x is None and goal.y is None:
+        return  # no planar region: what it lacks is said elsewhere
     for key in ("up", "within"):
         if getattr(goal, key) is not None:
             yield (*GOAL, key), ..., "only for free motion; leave it out"
     if goal.rotation == ANY:
         wanted = "only for free motion; a planar goal region has yaw: any"
         yield (*GOAL, "rotation"), ANY, wanted
-    if isinstance(goal, RegionModel):
-        if goal.rotation is not None and goal.rotation != ANY:
-            wanted = "a planar goal region has yaw, a range such as [-30 deg, 30 deg], or any"
-            yield (*GOAL, "rotation"), ..., wanted
-        if goal.z is not None:
-            yield (*GOAL, "z"), list(goal.z), "only for free motion; planar motion keeps its height"
-        if isinstance(goal.yaw, float):
-            wanted = "must be 'any' or a range, for example [-30 deg, 30 deg]"
-            yield (*GOAL, "yaw"), f"{math.degrees(goal.yaw):g} deg", wanted
+    if not isinstance(goal, RegionModel):
+        return
+    if turn_of(goal) is not None:
+        wanted = "a planar goal region has yaw, a range such as [-30 deg, 30 deg], or any"
+        yield (*GOAL, "rotation"), ..., wanted
+    if goal.z is not None:
+        yield (*GOAL, "z"), list(goal.z), "only for free motion; planar motion keeps its height"
+    if isinstance(goal.yaw, float):
+        wanted = "must be 'any' or a range, for example [-30 deg, 30 deg]"
+        yield (*GOAL, "yaw"), f"{math.degrees(goal.yaw):g} deg", wanted
 
 
 def free_lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
@@ -116,10 +128,12 @@ def free_lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
         if lattice.segments is None:
             yield ("lattice", "steps"), ..., f"missing; add it, for example {FREE_STEPS}"
         return
-    for key in lattice.steps.given:
-        if key not in ("translation", "rotation"):
-            wanted = f"for planar motion; free motion has {FREE_STEPS}"
-            yield ("lattice", "steps", key), ..., wanted
+    foreign = [
+        *foreign_steps(lattice.steps, ("translation", "rotation"), f"free motion has {FREE_STEPS}")
+    ]
+    if foreign:
+        yield from foreign
+        return
     for key, example in (("translation", "0.5"), ("rotation", "15 deg")):
         if getattr(lattice.steps, key) is None:
             yield ("lattice", "steps", key), ..., f"missing; add it, for example {key}: {example}"

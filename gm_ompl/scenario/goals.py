@@ -49,6 +49,15 @@ Heading: TypeAlias = Annotated[
 ]
 
 Axis: TypeAlias = Literal["x", "y", "z"]
+
+
+def _all_axes(value: object) -> object:
+    if value != ANY:
+        raise PydanticCustomError("axes", f"must be {ANY}, or a list of axes, for example [y]")
+    return value
+
+
+Axes: TypeAlias = WordOr[Annotated[Literal["any"], BeforeValidator(_all_axes)], tuple[Axis, ...]]
 Upward: TypeAlias = Literal["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"]
 
 
@@ -116,6 +125,4 @@ class FreeModel(Strict):
     translate: Annotated[tuple[Axis, ...], Field(min_length=1)] = Field(
         ("x", "y", "z"), description="along which axes it is moved"
     )
-    rotate: WordOr[Literal["any"], tuple[Axis, ...]] = Field(
-        "any", description="about lines parallel to which axes it is turned"
-    )
+    rotate: Axes = Field("any", description="about lines parallel to which axes it is turned")

@@ -129,6 +129,8 @@ def _at(bound: str, count: int) -> str:
 def unknown_key(path: Path) -> str:
     """Return what is wrong with the key at ``path``, which the format does not have."""
     valid = keys_at(path[:-1])
+    if path[-1] in valid:  # of another of several kinds of mapping
+        return "does not go with the other keys here; leave out it or them"
     return f"unknown key{did_you_mean(str(path[-1]), valid)} (keys here: {', '.join(valid)})"
 
 

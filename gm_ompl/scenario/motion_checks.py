@@ -10,7 +10,7 @@ from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import Located, PoseModel, Strict
 from gm_ompl.scenario.goals import GoalModel, RegionModel
-from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel
+from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel, StepsModel
 from gm_ompl.scenario.motions import goal_tilt, goal_yaw, start_yaw
 
 Finding: TypeAlias = tuple[Path, object, str]
@@ -162,7 +162,7 @@ def lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
     if kind == "path":
         assert motion.path is not None
         if lattice.steps is not None:
-            yield ("lattice", "steps"), ..., "steps are for planar motion; use segments"
+            yield ("lattice", "steps"), ..., "steps are for planar and free motion; use segments"
         if lattice.segments is None:
             yield ("lattice", "segments"), ..., "missing; add it, for example segments: 30"
         elif isinstance(lattice.segments, tuple) and len(lattice.segments) != len(motion.path):
@@ -171,21 +171,30 @@ def lattice_findings(model: ScenarioModel) -> Iterator[Finding]:
     if kind == "planar":
         if lattice.segments is not None:
             yield ("lattice", "segments"), ..., "segments are for a path; use steps"
+        example = "steps: {x: 0.5, y: 0.5, yaw: 5 deg}"
         if lattice.steps is None:
-            example = "steps: {x: 0.5, y: 0.5, yaw: 5 deg}"
             yield ("lattice", "steps"), ..., f"missing; add it, for example {example}"
         else:
-            yield from _steps(model)
+            foreign = [
+                *foreign_steps(lattice.steps, tuple(PLANAR_STEPS), f"planar motion has {example}")
+            ]
+            yield from foreign or _steps(model)
+
+
+def foreign_steps(steps: StepsModel, keys: tuple[str, ...], instead: str) -> Iterator[Finding]:
+    """Yield the steps that another kind of motion has."""
+    foreign = [key for key in steps.given if key not in keys]
+    if foreign:
+        kind = "free" if "translation" in foreign or "rotation" in foreign else "planar"
+        verb = "is" if len(foreign) == 1 else "are"
+        text = f"{', '.join(foreign)} {verb} for {kind} motion; {instead}"
+        yield ("lattice", "steps", foreign[0]), ..., text
 
 
 def _steps(model: ScenarioModel) -> Iterator[Finding]:
     planar, steps = model.motion.planar, model.lattice.steps
     assert planar is not None
     assert steps is not None
-    for key in steps.given:
-        if key not in PLANAR_STEPS:
-            wanted = "for free motion; planar motion has steps: {x: 0.5, y: 0.5, yaw: 5 deg}"
-            yield ("lattice", "steps", key), ..., wanted
     for key, example in PLANAR_STEPS.items():
         (low, high), step = getattr(planar, key), getattr(steps, key)
         path: Path = ("lattice", "steps", key)
