@@ -228,7 +228,7 @@ class LaneSearch:
         """Judge the way to a hub and on, least likely first; the hub is reached where it holds."""
         graph, way = self._graph, self._graph.way(lane, entry.config, node)
         if graph.judge_rest(hub, node) and self._goes_on(hub, node) and graph.judge_arcs(lane, way):
-            through = graph.tables.X_regr + math.fsum(lane.costs[list(way)])
+            through = graph.tables.X_regr + math.fsum(lane.costs[graph.tables.kind[list(way)]])
             self._reach(hub, node, entry.g + through, entry, way)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)

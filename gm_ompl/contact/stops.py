@@ -1,0 +1,207 @@
+"""Where a screw motion of the object ends: where it would penetrate, or a new contact closes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, final
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.contact.environment import Environment
+from gm_ompl.geometry.separation import PlacedPiece, gap, separating_axes
+from gm_ompl.geometry.solids import Body, ConvexPiece
+from gm_ompl.geometry.sweep import Sweep, heights
+from gm_ompl.geometry.swept import MovingPiece
+
+ROUNDING: Final = 1e-12
+"""Gaps are known to this, relative to D."""
+
+WHOLE: Final = 1e-9
+"""An end within this share of the whole motion is the whole."""
+
+BRACKET: Final = 1e-5
+"""Share of the motion down to which a closing contact is bracketed by swept planes."""
+
+MOST_STRETCHES: Final = 2000
+"""Stretches looked at for one pair; beyond, the motion ends where it was known to be clear."""
+
+DEEP: Final = 1e-7
+"""Penetration, relative to D, from which the end of a kept contact is followed back."""
+
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+@final
+class Stops:
+    """The object and what it may run into.
+
+    Args:
+        body: the object, object frame.
+        environment: floor and obstacles.
+    """
+
+    def __init__(self, body: Body, environment: Environment) -> None:
+        self._body, self._floor = body, environment.floor
+        self._D = body.diagonal
+        self._touching = environment.contact_tolerance * self._D
+        self._least = ROUNDING * self._D
+        self._pieces = [p for o in environment.obstacles for p in o.body.pieces]
+        self._low = np.array([piece.bounds[0] for piece in self._pieces]).reshape(-1, 3)
+        self._high = np.array([piece.bounds[1] for piece in self._pieces]).reshape(-1, 3)
+
+    def near(self, position: Array, reach: float) -> bool:
+        """Whether an obstacle may be nearer to a place (3,) than ``reach``."""
+        if not self._pieces:
+            return False
+        way = np.minimum(np.maximum(position, self._low), self._high) - position
+        return bool((np.einsum("ij,ij->i", way, way) <= reach * reach).any())
+
+    def beside(self, low: Array, high: Array) -> bool:
+        """Whether an obstacle's bounding box meets that of two corners (3,)."""
+        margin = self._touching
+        meets = (self._low <= high + margin) & (low - margin <= self._high)
+        return bool(meets.all(axis=1).any())
+
+    def free_share(self, sweep: Sweep) -> float:
+        """Return the share of a translation or a turn that the object can go, 0 to 1."""
+        share = min((self._over_floor(sweep, p) for p in self._body.pieces), default=1.0)
+        if not self._pieces:
+            return _whole(share)
+        for piece in self._body.pieces:
+            for j in self._near(sweep, piece, share).tolist():
+                share = min(share, self._beside(sweep, piece, self._pieces[j]))
+        return _whole(share)
+
+    def _near(self, sweep: Sweep, piece: ConvexPiece, share: float) -> IntArray:
+        """Return the obstacle pieces in whose bounding box the object's piece may come."""
+        arms = sweep.arms(piece.vertices)
+        ends = np.concatenate([sweep.moved(arms, 0.0), sweep.moved(arms, share)])
+        margin = sweep.sagitta(arms) + self._touching
+        low, high = ends.min(axis=0) - margin, ends.max(axis=0) + margin
+        return np.flatnonzero(((self._low <= high) & (low <= self._high)).all(axis=1))
+
+    def _over_floor(self, sweep: Sweep, piece: ConvexPiece) -> float:
+        """Return the share that a piece can go over the floor."""
+        if not self._floor:
+            return 1.0
+        still = heights(sweep, sweep.arms(piece.vertices), UP, np.zeros(1))
+        first = still.at(0.0)[0]
+        touches = first.min() <= self._touching
+        # A corner on the floor must not go below where it is; others come down to it.
+        level = np.where(first <= self._touching, np.minimum(first, 0.0) - self._least, 0.0)
+        # In contact already, a corner that only grazes the floor closes nothing.
+        slack = -self._least if touches else self._least
+        if sweep.angle == 0.0:
+            rate = still.at(1.0)[0] - first
+            return _least_share((level - first)[rate < -self._least], rate[rate < -self._least])
+        a, b, c = (part[0] for part in still.still)
+        return self._turning(sweep, a, (b, c), level, slack)
+
+    def _turning(
+        self, sweep: Sweep, a: Array, swing: tuple[Array, Array], level: Array, slack: float
+    ) -> float:
+        """Return the share of a turn until a height a + b cos + c sin falls to its level."""
+        b, c = swing[0], swing[1] * np.sign(sweep.angle)
+        radius = np.hypot(b, c)
+        low = a - radius
+        falls = (radius > self._least) & (low <= level + np.where(level < 0.0, 0.0, slack))
+        if not falls.any():
+            return 1.0
+        cosine = (level - a)[falls] / radius[falls]
+        angle = np.arctan2(c, b)[falls] + np.arccos(np.clip(cosine, -1.0, 1.0))
+        first = float(np.mod(angle, 2.0 * np.pi).min())
+        return min(1.0, first / abs(sweep.angle))
+
+    def _beside(self, sweep: Sweep, piece: ConvexPiece, other: ConvexPiece) -> float:
+        """Return the share that a piece can go beside one of the environment."""
+        here, there = PlacedPiece(piece, sweep.start), PlacedPiece(other)
+        if sweep.angle == 0.0:
+            return self._sliding(here, there, sweep.drift)
+        width = gap(here, there).width
+        apart = width > self._touching
+        level = 0.0 if apart else min(width, 0.0)
+        depth = -self._least if apart else self._least - level
+        bracket = _bracket(MovingPiece(piece, sweep), other, depth)
+        if bracket is None:
+            return 1.0
+        if bracket[0] == 0.0 and not apart:
+            return 0.0  # it would end less than a bracket's width from here
+
+        def width_at(t: float) -> float:
+            return gap(PlacedPiece(piece, sweep.pose(t)), there).width - level
+
+        if apart:
+            return _closing(width_at, *bracket)
+        return _leaving(width_at, *bracket, DEEP * self._D)
+
+    def _sliding(self, here: PlacedPiece, there: PlacedPiece, drift: Array) -> float:
+        """Return the share of a translation until two pieces touch, or penetrate."""
+        axes = np.concatenate(list(separating_axes(here, there)))
+        gaps = (here.vertices @ axes.T).min(axis=0) - (there.vertices @ axes.T).max(axis=0)
+        rates, width = axes @ drift, float(gaps.max())
+        apart = width > self._touching
+        level = 0.0 if apart else min(width, 0.0) - self._least
+        closing, opening = rates < -self._least, rates > self._least
+        flat = gaps[~closing & ~opening]
+        if (flat > level + (self._least if apart else 0.0)).any() or not closing.any():
+            return 1.0
+        first = float(((level - gaps[closing]) / rates[closing]).max())
+        last = float(((level - gaps[opening]) / rates[opening]).min(initial=np.inf))
+        if last < 0.0 or first > last + (self._least if apart else 0.0):
+            return 1.0
+        return min(1.0, max(0.0, first))
+
+
+def _whole(share: float) -> float:
+    return 1.0 if share >= 1.0 - WHOLE else share
+
+
+def _least_share(ways: Array, rates: Array) -> float:
+    return min(1.0, max(0.0, float((ways / rates).min(initial=1.0))))
+
+
+def _bracket(mover: MovingPiece, other: ConvexPiece, depth: float) -> tuple[float, float] | None:
+    """Return (t, t'), clear up to t and blocked somewhere up to t'; None: clear throughout."""
+    planes = mover.planes(other)
+    left = [(0.0, 1.0)]
+    for _ in range(MOST_STRETCHES):
+        if not left:
+            return None
+        first, last = left.pop()
+        clear = planes.clear((first, last), depth)
+        if clear:
+            continue
+        middle = (first + last) / 2.0
+        if last - first <= BRACKET:
+            return first, last
+        left = [(first, middle)] if clear is False else [*left, (middle, last), (first, middle)]
+    return left[-1][0], left[-1][1]
+
+
+def _closing(width_at: Callable[[float], float], first: float, last: float) -> float:
+    """Return where the gap of two pieces that were apart comes to 0, near a bracket."""
+    if width_at(first) <= 0.0:
+        return first
+    while width_at(last) > 0.0:
+        if last - first > 100.0 * BRACKET:
+            return first  # it comes near, and no nearer than rounding
+        last += last - first
+    return float(brentq(width_at, first, last, xtol=1e-15))
+
+
+def _leaving(width_at: Callable[[float], float], first: float, last: float, deep: float) -> float:
+    """Return where a contact that was kept begins to be penetrated: followed back from behind."""
+    step = last - first
+    while width_at(last) > -deep:
+        if step > 0.1:
+            return first
+        step *= 2.0
+        last = first + step
+    h = (last - first) / 2.0
+    ts = np.array([last, last + h, last + 2.0 * h])
+    found = np.roots(np.polyfit(ts - last, [width_at(t) for t in ts.tolist()], 2))
+    real = found[np.abs(found.imag) < 1e-12].real
+    back = real[real <= 0.0]
+    return first if not len(back) else min(1.0, max(first, last + float(back.max())))
