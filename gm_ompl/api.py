@@ -26,7 +26,7 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
-from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.registry import make_planner, suited
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load as load_scenario
@@ -98,6 +98,7 @@ def plan(
     asked, seed = budget(time_limit, max_iterations, memory_limit), whole("seed", seed, 0)
     with limits.holding(asked.time_limit, asked.memory_limit_mb):
         given = _warned(loaded(scenario))
+        suited(searcher, given.problem)
         return _planned(given, searcher, asked, seed, report or silent)
 
 
