@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final, final
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.environment import Environment
@@ -15,20 +15,33 @@ from gm_ompl.geometry.solids import Body, ConvexPiece
 from gm_ompl.geometry.sweep import Sweep, heights
 from gm_ompl.geometry.swept import MovingPiece
 
-ROUNDING: Final = 1e-12
+ROUNDING: Final = 1e-10
 """Gaps are known to this, relative to D."""
 
 WHOLE: Final = 1e-9
 """An end within this share of the whole motion is the whole."""
 
+TOUCH: Final = 1e-9
+"""Gaps of pieces that were apart count as closed from here on, relative to D: poses that end at a
+contact are no more exact after many arcs."""
+
+CLOSED: Final = 4e-15
+"""What the sum of a gap leaves of none, relative to D."""
+
 BRACKET: Final = 1e-5
 """Share of the motion down to which a closing contact is bracketed by swept planes."""
+
+WINDOW: Final = 2e-3
+"""Share of the motion, past the bracket, in which a gap is followed down."""
+
+GRAZE: Final = 1e-4
+"""Pieces that are nearest for no longer than this share only graze each other."""
 
 MOST_STRETCHES: Final = 2000
 """Stretches looked at for one pair; beyond, the motion ends where it was known to be clear."""
 
-DEEP: Final = 1e-7
-"""Penetration, relative to D, from which the end of a kept contact is followed back."""
+DEEP: Final = 1e-8
+"""Two depths, this and twice this, relative to D, tell where a kept contact begins to sink."""
 
 UP = np.array([[0.0, 0.0, 1.0]])
 
@@ -46,7 +59,7 @@ class Stops:
         self._body, self._floor = body, environment.floor
         self._D = body.diagonal
         self._touching = environment.contact_tolerance * self._D
-        self._least = ROUNDING * self._D
+        self._least, self._touch = ROUNDING * self._D, TOUCH * self._D
         self._pieces = [p for o in environment.obstacles for p in o.body.pieces]
         self._low = np.array([piece.bounds[0] for piece in self._pieces]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in self._pieces]).reshape(-1, 3)
@@ -87,32 +100,22 @@ class Stops:
         if not self._floor:
             return 1.0
         still = heights(sweep, sweep.arms(piece.vertices), UP, np.zeros(1))
-        first = still.at(0.0)[0]
+        first, lowest = still.at(0.0)[0], still.least(0.0, 1.0)[0]
         touches = first.min() <= self._touching
-        # A corner on the floor must not go below where it is; others come down to it.
-        level = np.where(first <= self._touching, np.minimum(first, 0.0) - self._least, 0.0)
-        # In contact already, a corner that only grazes the floor closes nothing.
-        slack = -self._least if touches else self._least
-        if sweep.angle == 0.0:
-            rate = still.at(1.0)[0] - first
-            return _least_share((level - first)[rate < -self._least], rate[rate < -self._least])
-        a, b, c = (part[0] for part in still.still)
-        return self._turning(sweep, a, (b, c), level, slack)
-
-    def _turning(
-        self, sweep: Sweep, a: Array, swing: tuple[Array, Array], level: Array, slack: float
-    ) -> float:
-        """Return the share of a turn until a height a + b cos + c sin falls to its level."""
-        b, c = swing[0], swing[1] * np.sign(sweep.angle)
-        radius = np.hypot(b, c)
-        low = a - radius
-        falls = (radius > self._least) & (low <= level + np.where(level < 0.0, 0.0, slack))
-        if not falls.any():
+        # What touches may go no deeper than a contact is; what is apart ends where it touches.
+        ends = lowest < -self._touching if touches else lowest <= self._touch
+        if not ends.any():
             return 1.0
-        cosine = (level - a)[falls] / radius[falls]
-        angle = np.arctan2(c, b)[falls] + np.arccos(np.clip(cosine, -1.0, 1.0))
-        first = float(np.mod(angle, 2.0 * np.pi).min())
-        return min(1.0, first / abs(sweep.angle))
+        # A corner on the floor sinks from where it is; others come down to it.
+        level = np.where(first <= self._touching, np.minimum(first, 0.0) - self._least, 0.0)[ends]
+        if sweep.angle == 0.0:
+            share = (level - first[ends]) / (still.at(1.0)[0] - first)[ends]
+            return min(1.0, max(0.0, float(share.min())))
+        a, b, c = (part[0][ends] for part in still.still)
+        c = c * np.sign(sweep.angle)
+        cosine = np.clip((level - a) / np.hypot(b, c), -1.0, 1.0)
+        angle = float(np.mod(np.arctan2(c, b) + np.arccos(cosine), 2.0 * np.pi).min())
+        return min(1.0, angle / abs(sweep.angle))
 
     def _beside(self, sweep: Sweep, piece: ConvexPiece, other: ConvexPiece) -> float:
         """Return the share that a piece can go beside one of the environment."""
@@ -122,19 +125,17 @@ class Stops:
         width = gap(here, there).width
         apart = width > self._touching
         level = 0.0 if apart else min(width, 0.0)
-        depth = -self._least if apart else self._least - level
+        depth = -self._touch if apart else self._touching
         bracket = _bracket(MovingPiece(piece, sweep), other, depth)
         if bracket is None:
             return 1.0
-        if bracket[0] == 0.0 and not apart:
-            return 0.0  # it would end less than a bracket's width from here
 
         def width_at(t: float) -> float:
             return gap(PlacedPiece(piece, sweep.pose(t)), there).width - level
 
         if apart:
-            return _closing(width_at, *bracket)
-        return _leaving(width_at, *bracket, DEEP * self._D)
+            return _closing(width_at, *bracket, self._least, CLOSED * self._D)
+        return _leaving(width_at, bracket[1], DEEP * self._D)
 
     def _sliding(self, here: PlacedPiece, there: PlacedPiece, drift: Array) -> float:
         """Return the share of a translation until two pieces touch, or penetrate."""
@@ -142,24 +143,21 @@ class Stops:
         gaps = (here.vertices @ axes.T).min(axis=0) - (there.vertices @ axes.T).max(axis=0)
         rates, width = axes @ drift, float(gaps.max())
         apart = width > self._touching
-        level = 0.0 if apart else min(width, 0.0) - self._least
+        level = self._touch if apart else -self._touching
         closing, opening = rates < -self._least, rates > self._least
-        flat = gaps[~closing & ~opening]
-        if (flat > level + (self._least if apart else 0.0)).any() or not closing.any():
+        if (gaps[~closing & ~opening] > level).any() or not closing.any():
             return 1.0
         first = float(((level - gaps[closing]) / rates[closing]).max())
         last = float(((level - gaps[opening]) / rates[opening]).min(initial=np.inf))
-        if last < 0.0 or first > last + (self._least if apart else 0.0):
+        if last < 0.0 or first > min(last, 1.0):
             return 1.0
+        level = 0.0 if apart else min(width, 0.0) - self._least
+        first = float(((level - gaps[closing]) / rates[closing]).max())
         return min(1.0, max(0.0, first))
 
 
 def _whole(share: float) -> float:
     return 1.0 if share >= 1.0 - WHOLE else share
-
-
-def _least_share(ways: Array, rates: Array) -> float:
-    return min(1.0, max(0.0, float((ways / rates).min(initial=1.0))))
 
 
 def _bracket(mover: MovingPiece, other: ConvexPiece, depth: float) -> tuple[float, float] | None:
@@ -180,28 +178,38 @@ def _bracket(mover: MovingPiece, other: ConvexPiece, depth: float) -> tuple[floa
     return left[-1][0], left[-1][1]
 
 
-def _closing(width_at: Callable[[float], float], first: float, last: float) -> float:
-    """Return where the gap of two pieces that were apart comes to 0, near a bracket."""
-    if width_at(first) <= 0.0:
-        return first
-    while width_at(last) > 0.0:
-        if last - first > 100.0 * BRACKET:
-            return first  # it comes near, and no nearer than rounding
+def _closing(
+    width_at: Callable[[float], float],
+    first: float,
+    last: float,
+    rounding: float,
+    closed: float,
+) -> float:
+    """Return where the gap of two pieces that were apart comes to 0, or nearest, past a bracket."""
+    while width_at(last) > 0.0 and last < first + WINDOW:
         last += last - first
-    return float(brentq(width_at, first, last, xtol=1e-15))
+    if width_at(last) <= 0.0:  # and perhaps 0 in every bit from where it closed
+        return float(brentq(lambda t: width_at(t) - closed, first, last, xtol=1e-15))
+    least = minimize_scalar(
+        width_at, bounds=(first, last), method="bounded", options={"xatol": 1e-12}
+    )
+    # Two pieces that graze each other part again; others stay as near as they came.
+    lowest = float(least.fun) + rounding
+    came = float(brentq(lambda t: width_at(t) - lowest, first, float(least.x), xtol=1e-15))
+    return min(1.0, came if least.x - came > GRAZE else float(least.x))
 
 
-def _leaving(width_at: Callable[[float], float], first: float, last: float, deep: float) -> float:
-    """Return where a contact that was kept begins to be penetrated: followed back from behind."""
-    step = last - first
-    while width_at(last) > -deep:
-        if step > 0.1:
-            return first
-        step *= 2.0
-        last = first + step
-    h = (last - first) / 2.0
-    ts = np.array([last, last + h, last + 2.0 * h])
-    found = np.roots(np.polyfit(ts - last, [width_at(t) for t in ts.tolist()], 2))
-    real = found[np.abs(found.imag) < 1e-12].real
-    back = real[real <= 0.0]
-    return first if not len(back) else min(1.0, max(first, last + float(back.max())))
+def _leaving(width_at: Callable[[float], float], last: float, deep: float) -> float:
+    """Return where a contact that was kept begins to sink: followed back from behind."""
+    while width_at(last) > -2.0 * deep:
+        last += BRACKET
+    first, step = last, BRACKET
+    while width_at(first) < -deep:
+        if first == 0.0:
+            return 0.0
+        first, step = max(0.0, last - step), 2.0 * step
+    one, two = (
+        float(brentq(lambda t, d=depth: width_at(t) + d, first, last, xtol=1e-15))
+        for depth in (deep, 2.0 * deep)
+    )
+    return min(1.0, max(0.0, 2.0 * one - two))

@@ -136,7 +136,8 @@ class LaneSearch:
             if f == math.inf:
                 break
             self.bound = max(self.bound, min(f, self.cost))
-            if f >= self.cost:
+            if f >= self.cost * (1.0 - SAME):
+                self.bound = self.cost
                 return Status.SOLVED
             if self._log.meter.spent(self.expanded):
                 return Status.BUDGET
@@ -218,7 +219,8 @@ class LaneSearch:
         """Judge the lane to the goal; a plan is found where it holds."""
         way = self._graph.way(lane, entry.config)
         if self._graph.judge_arcs(lane, way):
-            total = entry.g + float(lane.d[entry.config])
+            # Not the lane's bound: judged, the way may cost more than another one there.
+            total = entry.g + math.fsum(lane.costs[self._graph.tables.kind[list(way)]])
             if total < self.cost:
                 self.cost, self._best = total, (entry, way)
         cost, _, _ = self._graph.target(lane, entry.config, entry.g)
