@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
-from gm_ompl.feasibility.steady_force import fewest_switches, spread, switches
+from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 
 P, F = ControlMode.POSITION, ControlMode.FORCE
 

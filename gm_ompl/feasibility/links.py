@@ -1,0 +1,80 @@
+"""Links: the ramps between neighbouring commands of a plan, which are to hold.
+
+The kernel proves most of them on the way to z: a margin above 0 is an equilibrium. What it does
+not prove the reference decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gm_ompl import limits
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.contact.decision import ControlMode
+from gm_ompl.contact.state import Instant
+from gm_ompl.errors import SolverError
+from gm_ompl.mechanics.alternatives import Alternatives
+
+
+@dataclass(eq=False)
+class Link:
+    """A junction whose commands are still to be chosen; forces in the scenario's units.
+
+    Attributes:
+        number: of the instant before it; the other is the next.
+        modes: per finger that touches.
+        ends: at each end of the ramp, where the commands of the force-controlled fingers stand
+            among all commands f of the plan: place 0 is no force, place i + 1 is ``f[i]``.
+        hands: the mechanics there, under each twist.
+        instants: the same for the reference, made when it is asked.
+        cuts: (c, slopes, places): the ramp holds only where c + slopes . f at the places >= 0.
+    """
+
+    number: int
+    modes: tuple[ControlMode, ...]
+    ends: tuple[IntArray, ...]
+    hands: tuple[Alternatives, ...]
+    instants: tuple[Callable[[], Instant], ...]
+    cuts: list[tuple[float, Array, IntArray]] = field(default_factory=list)
+    _known: dict[tuple[int, bytes, bytes], bool] = field(default_factory=dict)
+
+    def holds(self, f: Array) -> bool:
+        """Whether the ramp holds with the commands ``f`` of the plan; learns a cut where not."""
+        commands, held = np.append(0.0, f), True
+        for k in range(len(self.hands)):
+            for places in self.ends:
+                held = self._once(k, places, commands[places]) and held
+        return held
+
+    def _once(self, k: int, places: IntArray, forces: Array) -> bool:
+        key = k, places.tobytes(), forces.tobytes()
+        if key not in self._known:
+            self._known[key] = self._balanced(k, places, forces)
+        return self._known[key]
+
+    def _balanced(self, k: int, places: IntArray, forces: Array) -> bool:
+        """Whether ``forces`` of the force-controlled fingers can be balanced under twist ``k``."""
+        limits.check()
+        found = self.hands[k].at(self.modes, forces)
+        if found is not None and found[0] > 0.0:
+            return True
+        # Imported late: it loads HiGHS, and is seldom needed.
+        from gm_ompl.reference.junction import equilibrium
+
+        left = iter(forces.tolist())
+        f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
+        try:
+            held = equilibrium(self.instants[k](), self.modes, f_com)
+        except SolverError:
+            held = False
+        if not held and found is not None:
+            self.cuts.append((found[1], found[2], places))
+        return held
+
+
+def failing(links: Sequence[Link], f: Array) -> list[Link]:
+    """Return the links that do not hold with the commands ``f`` of the plan."""
+    return [link for link in links if not link.holds(f)]
