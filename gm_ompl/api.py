@@ -105,7 +105,7 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
-    steady, fallbacks = Steady((), 0), 0
+    steady, fallbacks = Steady((), ()), 0
     try:
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
@@ -116,9 +116,7 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
         result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
     except KeyboardInterrupt:  # likewise, or twice
         result = _unbegun(Status.INTERRUPTED, started)
-    statistics = {**result.statistics, "fallback_decisions": fallbacks}
-    if moves:
-        statistics["failing_junctions"] = steady.failing
+    statistics = {**result.statistics, "fallback_decisions": fallbacks, **steady.statistics()}
     if result.status is Status.BUDGET and limits.reached():
         statistics.setdefault("ended_by", limits.reached())
     return assemble(

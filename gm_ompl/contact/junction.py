@@ -7,7 +7,8 @@ question: where they do at both ends of the ramp, they do all along it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import enum
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from gm_ompl.contact.decision import ControlMode
@@ -15,6 +16,14 @@ from gm_ompl.motion.arc import Moment
 
 Forces: TypeAlias = tuple[float | None, ...]
 """Commanded normal force per finger, None under position control."""
+
+
+class Passage(enum.Enum):
+    """Whether a junction holds; the value is a sentence for the user."""
+
+    HOLDS = "forces balance all along the ramp"
+    RESTS = "forces balance all along the ramp while the object rests, but not as it moves"
+    FAILS = "on the ramp no forces balance, not even while the object rests"
 
 
 class Control(NamedTuple):
@@ -73,6 +82,26 @@ def meeting(before: Moment, after: Moment) -> tuple[Moment, ...]:
     if before.twist is None or after.twist is None:
         return (Moment(before.pose),)
     return (before,) if before.key == after.key else (before, after)
+
+
+def passage(
+    ramp: Junction, before: Moment, after: Moment, balanced: Callable[[Moment, Forces], bool]
+) -> Passage:
+    """Judge a junction.
+
+    Args:
+        ramp: the junction.
+        before: the last instant of what comes before.
+        after: the first of what follows, at the same pose.
+        balanced: whether forces balance the object at an instant, with given commands.
+    """
+    for answer, moments in (
+        (Passage.HOLDS, meeting(before, after)),
+        (Passage.RESTS, (Moment(before.pose),)),
+    ):
+        if all(balanced(moment, end) for moment in moments for end in ramp.ends):
+            return answer
+    return Passage.FAILS
 
 
 def junction(before: Sequence[Control], after: Sequence[Control]) -> Junction:

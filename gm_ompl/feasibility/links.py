@@ -63,11 +63,12 @@ class Link:
             return True
         # Imported late: it loads HiGHS, and is seldom needed.
         from gm_ompl.reference.junction import equilibrium
+        from gm_ompl.reference.statics import statics
 
         left = iter(forces.tolist())
         f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
         try:
-            held = equilibrium(self.instants[k](), self.modes, f_com)
+            held = equilibrium(statics(self.instants[k]()), self.modes, f_com)
         except SolverError:
             held = False
         if not held and found is not None:

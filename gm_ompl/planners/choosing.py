@@ -11,7 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.junction import Control, controls, junction, meeting
+from gm_ompl.contact.junction import (
+    Control,
+    Forces,
+    Junction,
+    Passage,
+    controls,
+    junction,
+    meeting,
+    passage,
+)
+from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.links import Link
@@ -122,6 +132,40 @@ class Chooser:
         failing = {(link.number, modes[link.number], modes[link.number + 1]) for link in left}
         return [chosen[c] for c in which], failing
 
+    def passage(self, number: int, decisions: Sequence[ModeDecision]) -> Passage:
+        """Judge the junction after an instant, by the reference."""
+        # Imported late: it loads HiGHS, and is seldom needed.
+        from gm_ompl.reference.junction import equilibrium
+        from gm_ompl.reference.statics import statics
+
+        problem, hands = self.problem, list[tuple[Control, ...]]()
+        pair = slice(number, number + 2)
+        for instant, decision in zip(self.instants[pair], decisions[pair], strict=True):
+            now = decision.modes, decision.f_com, instant.fingers, problem.fingers.count
+            hands.append(controls(*now))
+        ramp = junction(hands[0], hands[1])
+        placements = self._placements(number, ramp)
+
+        def balanced(moment: Moment, f_com: Forces) -> bool:
+            contacts = self._backend.contacts(self._judge.environment(moment))
+            model = statics(problem.instant(contacts, ramp.fingers, placements))
+            try:
+                return equilibrium(model, ramp.modes, f_com)
+            except SolverError:
+                return False
+
+        before, after = (c.instant for c in self.instants[pair])
+        return passage(ramp, before.last, after.first, balanced)
+
+    def _placements(self, number: int, ramp: Junction) -> Placements:
+        """Return where the fingers of a junction are."""
+        rows = {
+            finger: row
+            for each in self.instants[number : number + 2]
+            for finger, row in zip(each.fingers, each.instant.placements, strict=True)
+        }
+        return tuple(rows[finger] for finger in ramp.fingers)
+
     def _controlled(self, instant: Instant) -> Controlled:
         key = (self._judge.environment(instant.moment), instant.fingers, instant.placements)
         return Controlled(instant, key, self._alternatives(key))
@@ -175,12 +219,7 @@ class Chooser:
 
     def _link(self, k: int, before: tuple[Control, ...], after: tuple[Control, ...]) -> Link:
         ramp = junction(before, after)
-        rows = {
-            finger: row
-            for each in (self.instants[k], self.instants[k + 1])
-            for finger, row in zip(each.fingers, each.instant.placements, strict=True)
-        }
-        placements = tuple(rows[finger] for finger in ramp.fingers)
+        placements = self._placements(k, ramp)
         contacts, states = self._backend.contacts, self._between[k]
         return Link(
             number=k,

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.junction import Passage
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_modes import Broken, spread, switches
@@ -30,11 +31,19 @@ class Steady(NamedTuple):
 
     Attributes:
         moves: the plan.
-        failing: how many of its junctions do not hold; None where that is not known.
+        passages: of its junctions that do not simply hold; None where they are not known.
     """
 
     moves: tuple[Move, ...]
-    failing: int | None
+    passages: tuple[Passage, ...] | None
+
+    def statistics(self) -> dict[str, int | None]:
+        """Return how many junctions hold only while the object rests, and how many fail."""
+        if not self.moves:
+            return {}
+        names = {"resting_junctions": Passage.RESTS, "failing_junctions": Passage.FAILS}
+        found = self.passages
+        return {k: None if found is None else found.count(v) for k, v in names.items()}
 
 
 def steady_moves(judge: Judge, moves: Sequence[Move]) -> Steady:
@@ -47,21 +56,23 @@ def steady_moves(judge: Judge, moves: Sequence[Move]) -> Steady:
     """
     problem = judge.problem
     if not moves or problem.fingers.count == 0:
-        return Steady(tuple(moves), 0)
+        return Steady(tuple(moves), ())
     if not isinstance(judge.backend, KernelBackend):
         judge = Judge(problem, KernelBackend(problem))
     chooser = Chooser(judge, moves)
     broken: set[Broken] = set()
     chosen, failing = chooser.choose(broken)
-    best = chosen, len(failing)
+    best = chosen, failing
     for _ in range(TRIES):
         if failing <= broken:  # none, or there is no way around
             break
         broken |= failing
         chosen, failing = chooser.choose(broken)
-        if len(failing) < best[1]:
-            best = chosen, len(failing)
-    return Steady(tuple(_with_decisions(problem, moves, best[0])), best[1])
+        if len(failing) < len(best[1]):
+            best = chosen, failing
+    chosen, failing = best
+    passages = tuple(chooser.passage(number, chosen) for number in sorted(k for k, *_ in failing))
+    return Steady(tuple(_with_decisions(problem, moves, chosen)), passages)
 
 
 def mode_switches(problem: Problem, moves: Sequence[Move]) -> int:

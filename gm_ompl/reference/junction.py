@@ -1,4 +1,4 @@
-"""Whether a junction holds: Eq. (3) at both ends of the ramp, stated plainly."""
+"""Whether a junction holds: Eq. (3) with the commands at an end of its ramp, stated plainly."""
 
 from __future__ import annotations
 
@@ -7,29 +7,28 @@ from collections.abc import Sequence
 import numpy as np
 
 from gm_ompl.contact.decision import ControlMode
-from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference.exact import Effort, balanced
 from gm_ompl.reference.stability import in_equilibrium
-from gm_ompl.reference.statics import statics
+from gm_ompl.reference.statics import Statics
 
 
 def equilibrium(
-    instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None]
+    model: Statics, modes: Sequence[ControlMode], f_com: Sequence[float | None]
 ) -> bool:
     """Whether forces within cones and limits balance the load, the commands as given.
 
     Exact arithmetic decides what HiGHS does not.
 
     Args:
-        instant: the contacts, the fingers, the object.
+        model: the mechanics.
         modes: per finger.
-        f_com: per finger, its commanded normal force; None under position control.
+        f_com: per finger, its commanded normal force in the scenario's units; None under position
+            control.
 
     Raises:
         SolverError: neither returned an answer.
     """
-    model = statics(instant)
     force = np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
     commanded = np.array([0.0 if f is None else f for f in f_com], dtype=np.float64)
     limits = np.where(force, commanded / model.scale, model.f_max)

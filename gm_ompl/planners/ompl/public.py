@@ -79,7 +79,8 @@ def plan_from(setup: Any) -> Plan:
     started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
     found = () if states is None else judged_anew(problem, states)
-    moves, failing = steady_moves(setup.judge, found)
+    steady = steady_moves(setup.judge, found)
+    moves = steady.moves
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
@@ -89,7 +90,7 @@ def plan_from(setup: Any) -> Plan:
         "mode_decisions": setup.judge.mode_decisions,
         "history": [[spent, sum(move.cost for move in moves) if states else None, None]],
         **ending.statistics,
-        **({"failing_junctions": failing} if moves else {}),
+        **steady.statistics(),
     }
     return assemble(
         problem,
