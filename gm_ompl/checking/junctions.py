@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.junction import Control, Forces, Passage, controls, junction, passage
+from gm_ompl.contact.state import ContactState
 from gm_ompl.errors import SolverError
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.model import DisplacementStep, RegraspStep, SegmentRecord
@@ -95,8 +97,12 @@ class Junctions:
             (before if after.hand[i].mode is None else after).rows[i] for i in ramp.fingers
         )
 
+        @cache
+        def contacts_at(moment: Moment) -> ContactState:
+            return recheck.contacts(moment)
+
         def balanced(moment: Moment, f_com: Forces) -> bool:
-            contacts = recheck.contacts(moment)
+            contacts = contacts_at(moment)
             return recheck.balanced(Hold(contacts, ramp.fingers, rows, ramp.modes, f_com))
 
         return passage(ramp, before.last, after.first, balanced)

@@ -167,7 +167,7 @@ class _Program:
 
     def linked(self, f: Array) -> bool:
         """Whether every link holds, but for those that no f_com under the cuts would keep."""
-        held = [link.holds(f) for link in self._links]
+        held = np.array([link.holds(f) for link in self._links], dtype=bool)
         return bool(np.all(held | (self._short > SHORT)))
 
     def _cuts(self, unit: float) -> tuple[tuple[Array, IntArray, IntArray], list[float]]:
