@@ -172,9 +172,7 @@ def test_junctions_are_kept_where_they_can_be(name: str, mended: int) -> None:
 
 
 def test_what_cannot_be_kept_is_told() -> None:
-    """At a corner each side has one best choice, whose ramp only holds at rest: plan and check
-    say so, and the check agrees with the plan.
-    """
+    """At a corner both sides have one choice, whose ramp holds at rest: plan and check say so."""
     plan = gm_ompl.plan("random/chain/10", "HybridRRT")
     told = plan.statistics.model_extra
     assert told is not None
