@@ -60,7 +60,8 @@ class Junctions:
         stages = list(_stages(self._recheck, step))
         before = [] if self._last is None else [self._last]
         for one, other in pairwise([*before, *stages]):
-            self._judge(one, other, found)
+            if one.hand != other.hand:
+                self._judge(one, other, found)
         self._last = stages[-1]
 
     def notes(self) -> Iterator[str]:

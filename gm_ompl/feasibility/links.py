@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,18 @@ from gm_ompl.errors import SolverError
 from gm_ompl.mechanics.alternatives import Alternatives
 
 
+class Side(NamedTuple):
+    """A junction's mechanics under one of its twists.
+
+    Attributes:
+        hand: for the kernel.
+        instant: for the reference, made when it is asked.
+    """
+
+    hand: Alternatives
+    instant: Callable[[], Instant]
+
+
 @dataclass(eq=False)
 class Link:
     """A junction whose commands are still to be chosen; forces in the scenario's units.
@@ -28,23 +42,30 @@ class Link:
         modes: per finger that touches.
         ends: at each end of the ramp, where the commands of the force-controlled fingers stand
             among all commands f of the plan: place 0 is no force, place i + 1 is ``f[i]``.
-        hands: the mechanics there, under each twist.
-        instants: the same for the reference, made when it is asked.
+        same: whether the modes are equal on both sides: there is no ramp where forces are, too.
+        look: returns the mechanics there, under each twist; asked once, if at all.
         cuts: (c, slopes, places): the ramp holds only where c + slopes . f at the places >= 0.
     """
 
     number: int
     modes: tuple[ControlMode, ...]
     ends: tuple[IntArray, ...]
-    hands: tuple[Alternatives, ...]
-    instants: tuple[Callable[[], Instant], ...]
+    same: bool
+    look: Callable[[], Sequence[Side]]
     cuts: list[tuple[float, Array, IntArray]] = field(default_factory=list)
     _known: dict[tuple[int, bytes, bytes], bool] = field(default_factory=dict)
+
+    @cached_property
+    def sides(self) -> Sequence[Side]:
+        """The mechanics, under each twist."""
+        return self.look()
 
     def holds(self, f: Array) -> bool:
         """Whether the ramp holds with the commands ``f`` of the plan; learns a cut where not."""
         commands, held = np.append(0.0, f), True
-        for k in range(len(self.hands)):
+        if self.same and np.array_equal(commands[self.ends[0]], commands[self.ends[-1]]):
+            return True
+        for k in range(len(self.sides)):
             for places in self.ends:
                 held = self._once(k, places, commands[places]) and held
         return held
@@ -58,7 +79,7 @@ class Link:
     def _balanced(self, k: int, places: IntArray, forces: Array) -> bool:
         """Whether ``forces`` of the force-controlled fingers can be balanced under twist ``k``."""
         limits.check()
-        found = self.hands[k].at(self.modes, forces)
+        found = self.sides[k].hand.at(self.modes, forces)
         if found is not None and found[0] > 0.0:
             return True
         # Imported late: it loads HiGHS, and is seldom needed.
@@ -68,7 +89,7 @@ class Link:
         left = iter(forces.tolist())
         f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
         try:
-            held = equilibrium(statics(self.instants[k]()), self.modes, f_com)
+            held = equilibrium(statics(self.sides[k].instant()), self.modes, f_com)
         except SolverError:
             held = False
         if not held and found is not None:

@@ -24,7 +24,7 @@ from gm_ompl.contact.junction import (
 from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.links import Link
+from gm_ompl.feasibility.links import Link, Side
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import Broken, fewest_switches, spread, switches
 from gm_ompl.mechanics.alternatives import Alternatives
@@ -107,10 +107,7 @@ class Chooser:
         self._known: dict[tuple[object, ...], Alternatives] = {}
         self._options: dict[tuple[object, ...], tuple[ModeDecision, ...]] = {}
         self.instants = [self._controlled(i) for i in instants_of(judge.problem, moves)]
-        self._between = [
-            tuple(judge.environment(m) for m in meeting(a.instant.last, b.instant.first))
-            for a, b in pairwise(self.instants)
-        ]
+        self._sides: dict[tuple[object, ...], tuple[Side, ...]] = {}
 
     def choose(self, broken: set[Broken]) -> tuple[list[ModeDecision], set[Broken]]:
         """Return a decision per instant, and the junctions that do not hold with them.
@@ -143,6 +140,8 @@ class Chooser:
         for instant, decision in zip(self.instants[pair], decisions[pair], strict=True):
             now = decision.modes, decision.f_com, instant.fingers, problem.fingers.count
             hands.append(controls(*now))
+        if hands[0] == hands[1]:
+            return Passage.HOLDS
         ramp = junction(hands[0], hands[1])
         placements = self._placements(number, ramp)
 
@@ -193,22 +192,12 @@ class Chooser:
         return self._options[instant.key]
 
     def _links(self, commands: Sequence[Undecided], which: Sequence[int]) -> list[Link]:
-        """Return the ramps that are to be judged.
-
-        Where commands and contacts are those of a segment, before, between and after, there is
-        nothing to judge: the segment's own balance is the ramp's.
-        """
+        """Return the ramps between different commands."""
         firsts = np.cumsum([0, *(len(command.forced) for command in commands)]).tolist()
-        links = []
-        for k, (a, b) in enumerate(pairwise(which)):
-            states = {key[0] for key in (self.instants[k].key, self.instants[k + 1].key)}
-            if a != b or not states.issuperset(self._between[k]):
-                before, after = (
-                    self._places(commands[a], firsts[a]),
-                    self._places(commands[b], firsts[b]),
-                )
-                links.append(self._link(k, before, after))
-        return links
+        hands = [self._places(*each) for each in zip(commands, firsts, strict=False)]
+        return [
+            self._link(k, hands[a], hands[b]) for k, (a, b) in enumerate(pairwise(which)) if a != b
+        ]
 
     def _places(self, command: Undecided, first: int) -> tuple[Control, ...]:
         """Return who does what, with the places of the commands, from 1, in their stead."""
@@ -219,8 +208,6 @@ class Chooser:
 
     def _link(self, k: int, before: tuple[Control, ...], after: tuple[Control, ...]) -> Link:
         ramp = junction(before, after)
-        placements = self._placements(k, ramp)
-        contacts, states = self._backend.contacts, self._between[k]
         return Link(
             number=k,
             modes=ramp.modes,
@@ -228,12 +215,25 @@ class Chooser:
                 np.array([place for place in end if place is not None], dtype=np.int64)
                 for end in ramp.ends
             ),
-            hands=tuple(self._alternatives((state, ramp.fingers, placements)) for state in states),
-            instants=tuple(
-                partial(self.problem.instant, contacts(state), ramp.fingers, placements)
-                for state in states
-            ),
+            same=[control.mode for control in before] == [control.mode for control in after],
+            look=partial(self._look, k, ramp),
         )
+
+    def _look(self, k: int, ramp: Junction) -> tuple[Side, ...]:
+        """Return the mechanics of the junction after an instant, under each twist."""
+        key = k, ramp.fingers
+        if key not in self._sides:
+            before, after = (each.instant for each in self.instants[k : k + 2])
+            placements, contacts = self._placements(k, ramp), self._backend.contacts
+            states = map(self._judge.environment, meeting(before.last, after.first))
+            self._sides[key] = tuple(
+                Side(
+                    self._alternatives((state, ramp.fingers, placements)),
+                    partial(self.problem.instant, contacts(state), ramp.fingers, placements),
+                )
+                for state in states
+            )
+        return self._sides[key]
 
 
 def _least(problem: Problem, z: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from gm_ompl.arrays import BoolArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.state import Instant
-from gm_ompl.feasibility.links import Link, failing
+from gm_ompl.feasibility.links import Link, Side, failing
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.reference.stability import in_equilibrium
 from gm_ompl.reference.statics import statics
@@ -25,7 +25,8 @@ def drawn(instances: ModuleType, seed: int) -> tuple[Instant, Link, BoolArray]:
     force[0] = True
     modes = tuple(F if commanded else P for commanded in force)
     places = 1 + np.arange(force.sum())
-    link = Link(0, modes, (places,), (Alternatives.of(instant),), (lambda: instant,))
+    side = Side(Alternatives.of(instant), lambda: instant)
+    link = Link(0, modes, (places,), False, lambda: [side])
     return instant, link, force
 
 
@@ -64,6 +65,17 @@ def test_no_force_stands_at_place_zero(instances: ModuleType) -> None:
     """A finger that is not down yet has the command 0, whatever the plan commands."""
     for seed in range(20):
         _, link, force = drawn(instances, seed)
-        nothing = Link(0, link.modes, (np.zeros(force.sum(), dtype=np.int64),), link.hands,
-                       link.instants)  # fmt: skip
+        nothing = Link(0, link.modes, (np.zeros(force.sum(), dtype=np.int64),), False, link.look)
         assert nothing.holds(np.array([7.0])) == link.holds(np.zeros(force.sum()))
+
+
+def test_equal_commands_are_no_ramp(instances: ModuleType) -> None:
+    """Where neither modes nor forces change nothing is looked at; else both ends are."""
+    for seed in range(20):
+        _, link, force = drawn(instances, seed)
+        n, rng = int(force.sum()), np.random.default_rng(seed)
+        ends = 1 + np.arange(n), 1 + n + np.arange(n)
+        f = rng.uniform(size=(2, n))
+        both = Link(0, link.modes, ends, True, link.look)
+        assert both.holds(np.concatenate([f[0], f[0]])) and "sides" not in vars(both)
+        assert both.holds(f.ravel()) == all(link.holds(end) for end in f)
