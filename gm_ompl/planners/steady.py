@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.junction import Passage
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.steady_modes import Broken, spread, switches
@@ -63,16 +64,20 @@ def steady_moves(judge: Judge, moves: Sequence[Move]) -> Steady:
     broken: set[Broken] = set()
     chosen, failing = chooser.choose(broken)
     best = chosen, failing
-    for _ in range(TRIES):
-        if failing <= broken:  # none, or there is no way around
-            break
-        broken |= failing
-        chosen, failing = chooser.choose(broken)
-        if len(failing) < len(best[1]):
-            best = chosen, failing
-    chosen, failing = best
-    passages = tuple(chooser.passage(number, chosen) for number in sorted(k for k, *_ in failing))
-    return Steady(tuple(_with_decisions(problem, moves, chosen)), passages)
+    passages = None
+    try:
+        for _ in range(TRIES):
+            if failing <= broken:  # none, or there is no way around
+                break
+            broken |= failing
+            chosen, failing = chooser.choose(broken)
+            if len(failing) < len(best[1]):
+                best = chosen, failing
+        numbers = sorted(k for k, *_ in best[1])
+        passages = tuple(chooser.passage(number, best[0]) for number in numbers)
+    except LimitError:
+        pass  # what was chosen first is steady, too
+    return Steady(tuple(_with_decisions(problem, moves, best[0])), passages)
 
 
 def mode_switches(problem: Problem, moves: Sequence[Move]) -> int:
