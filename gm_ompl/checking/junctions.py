@@ -60,6 +60,7 @@ class Junctions:
         stages = list(_stages(self._recheck, step))
         before = [] if self._last is None else [self._last]
         for one, other in pairwise([*before, *stages]):
+            found.check("junctions", True)  # where no command changes there is no ramp
             if one.hand != other.hand:
                 self._judge(one, other, found)
         self._last = stages[-1]
