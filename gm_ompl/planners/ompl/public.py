@@ -79,7 +79,9 @@ def plan_from(setup: Any) -> Plan:
     refuse_unsound(setup.getPlanner())
     started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
-    moves = () if states is None else steady_moves(setup.judge, judged_anew(problem, states))
+    found = () if states is None else judged_anew(problem, states)
+    steady = steady_moves(setup.judge, found)
+    moves = steady.moves
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
@@ -89,6 +91,7 @@ def plan_from(setup: Any) -> Plan:
         "mode_decisions": setup.judge.mode_decisions,
         "history": [[spent, sum(move.cost for move in moves) if states else None, None]],
         **ending.statistics,
+        **steady.statistics(),
     }
     return assemble(
         problem,
