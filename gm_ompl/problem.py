@@ -31,6 +31,7 @@ class Fingers:
         radius: (n,), fingertip radius.
         max_normal_force: (n,), f_max.
         friction: (n,), Coulomb coefficient against the object.
+        soft: (n,), length L of a soft fingertip's moment mu L about the normal; 0 is a point.
         placements: the placements, common to all fingers.
         start: per finger, its placement in the start state, or None for any.
         goal: likewise in the goal state.
@@ -39,13 +40,14 @@ class Fingers:
     radius: Array
     max_normal_force: Array
     friction: Array
+    soft: Array
     placements: PlacementTable
     start: tuple[int | None, ...]
     goal: tuple[int | None, ...]
 
     def __post_init__(self) -> None:
         n = len(self.start)
-        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,))
+        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,), soft=(n,))
 
     @property
     def count(self) -> int:
@@ -61,13 +63,13 @@ class Fingers:
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 
-        Fingers are interchangeable when radius, limit, friction, start and goal are equal.
+        Fingers are interchangeable when radius, limit, friction, softness, start and goal are equal.
         """
         groups: dict[tuple[object, ...], list[int]] = {}
         for i in range(self.count):
             key = (
                 float(self.radius[i]), float(self.max_normal_force[i]), float(self.friction[i]),
-                self.start[i], self.goal[i],
+                float(self.soft[i]), self.start[i], self.goal[i],
             )  # fmt: skip
             groups.setdefault(key, []).append(i)
         return tuple(tuple(group) for group in groups.values())
@@ -169,6 +171,7 @@ class Problem:
             inertia=self.inertia,
             gravity=self.mechanics.gravity,
             cone_edges=self.mechanics.cone_edges,
+            soft=self.fingers.soft[hand],
         )
 
 

@@ -59,12 +59,9 @@ class KernelBackend:
     def _tip_columns(self) -> Array:
         """Return every finger's columns at every placement for unit normal force (n, P, s, 6)."""
         hand, s = self._problem.fingers, self._problem.mechanics.cone_edges
-        table = hand.placements
-        tips = np.empty((hand.count, len(table), s, 6))
-        for i in range(hand.count):
-            mu = float(hand.friction[i])
-            tips[i] = columns.fingertip_columns(table.points, table.normals, mu, s, self._U)
-        return tips
+        points = np.broadcast_to(hand.placements.points, (hand.count, len(hand.placements), 3))
+        normals = np.broadcast_to(hand.placements.normals, points.shape)
+        return columns.hand_columns(points, normals, hand.friction, hand.soft, s, self._U)
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""

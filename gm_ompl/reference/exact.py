@@ -123,11 +123,10 @@ def balanced(model: Statics, limits: Array, force: BoolArray, effort: Effort) ->
 
 def _supports(model: Statics, y: Array) -> list[float]:
     """Return per finger the most work that y (6,) gets from a unit normal force."""
-    s, found = model.edges, []
-    for i in range(model.fingers):
-        tips = slice(i * s, (i + 1) * s)
-        found.append(float(((y @ model.rob_wrenches[:, tips]) / model.normal_parts[i, tips]).max()))
-    return found
+    return [
+        float(((y @ model.rob_wrenches[:, own]) / model.normal_parts[i, own]).max())
+        for i, own in enumerate(model.columns)
+    ]
 
 
 def columns_of(
