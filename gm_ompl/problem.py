@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -21,6 +21,10 @@ from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
+
+
+Z_FLOOR: Final = 0.01
+"""What a smaller margin counts as in Eq. (9), over M g."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +86,7 @@ class MechanicsSettings:
     Attributes:
         gravity: g, along the world's -z.
         cone_edges: s.
-        z_min: the threshold on the stability margin.
+        z_min: the threshold on the stability margin; 0 asks for equilibrium alone.
         backend: "kernel" (compiled) or "highs" (the reference).
     """
 
@@ -100,11 +104,13 @@ class CostSettings:
         regrasp: X_regr of Eq. (10).
         stability: X_stab of Eq. (9).
         samples_per_arc: P of Eq. (9).
+        z_floor: what a smaller margin counts as in Eq. (9); None stands for 0.01 M g.
     """
 
     regrasp: float = 100.0
     stability: float = 0.01
     samples_per_arc: int = 3
+    z_floor: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +147,19 @@ class Problem:
 
     def __post_init__(self) -> None:
         fix(self, inertia=(3, 3))
+
+    @property
+    def force_scale(self) -> float:
+        """M g; without gravity the largest f_max, else 1."""
+        weight = self.mass * self.mechanics.gravity
+        return weight or float(self.fingers.max_normal_force.max(initial=0.0)) or 1.0
+
+    @property
+    def z_floor(self) -> float:
+        """What a smaller margin counts as in Eq. (9): at most z_min where that is positive."""
+        given, z_min = self.cost.z_floor, self.mechanics.z_min
+        floor = Z_FLOOR * self.force_scale if given is None else given
+        return min(floor, z_min) if z_min > 0.0 else floor
 
     @cached_property
     def object_graph(self) -> ObjectGraph:

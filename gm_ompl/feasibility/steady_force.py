@@ -118,6 +118,15 @@ class Undecided:
             if mode is ControlMode.FORCE
         )
 
+    def __post_init__(self) -> None:
+        if self.fixed:
+            self.settled = self.best, self.decision.z
+
+    @property
+    def fixed(self) -> bool:
+        """Whether f_com stays: at z = 0 no cut tells how far it is from losing equilibrium."""
+        return self.decision.z <= 0.0
+
     @property
     def best(self) -> Array:
         """The best f_com of the force-controlled fingers."""
@@ -158,9 +167,9 @@ def least_change(commands: Sequence[Undecided]) -> list[ModeDecision]:
         if f is None:
             return best
         for command, part in zip(commands, program.parts(f), strict=True):
-            if len(part) and (
-                command.settled is None or not np.array_equal(part, command.settled[0])
-            ):
+            if command.fixed or not len(part):
+                continue
+            if command.settled is None or not np.array_equal(part, command.settled[0]):
                 limits.check()
                 command.try_at(part)
         if all(command.settled is not None or not command.forced for command in commands):
@@ -177,7 +186,9 @@ class _Program:
     def __init__(self, commands: Sequence[Undecided]) -> None:
         self._commands = commands
         self._firsts = np.cumsum([0, *(len(command.forced) for command in commands)])
-        self._limits = np.concatenate([command.limits for command in commands])
+        at = [(c.best, c.best) if c.fixed else (0.0 * c.limits, c.limits) for c in commands]
+        self._lowest = np.concatenate([lowest for lowest, _ in at])
+        self._limits = np.concatenate([most for _, most in at])
         pairs = []
         for k in range(len(commands) - 1):
             before, after = commands[k].forced, commands[k + 1].forced
@@ -217,7 +228,7 @@ class _Program:
         from scipy.optimize import linprog
 
         F, M = len(self._limits), len(self._pairs)
-        unit = float(self._limits.max())
+        unit = float(self._limits.max()) or 1.0
         step = sparse.csr_array(
             (
                 np.tile([1.0, -1.0], M),
@@ -235,7 +246,11 @@ class _Program:
             A_ub=sparse.csr_array(sparse.vstack(values)),
             b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
             bounds=np.stack(
-                [np.zeros(F + M), np.concatenate([self._limits / unit, np.full(M, np.inf)])], axis=1
+                [
+                    np.concatenate([self._lowest / unit, np.zeros(M)]),
+                    np.concatenate([self._limits / unit, np.full(M, np.inf)]),
+                ],
+                axis=1,
             ),
             options={
                 "primal_feasibility_tolerance": 1e-10,

@@ -40,7 +40,7 @@ def squeezed(L: float, lift: float = 0.0) -> Instant:
         points=np.array([[1.0, 0.0, lift], [-1.0, 0.0, lift]]),
         normals=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
         friction=np.full(2, 0.5), max_normal_force=np.full(2, 40.0), environment_friction=0.0,
-        mass=1.0, inertia=np.eye(3) * 2.0 / 3.0, gravity=9.8, soft=np.full(2, L),
+        mass=1.0, inertia=np.eye(3) * 2.0 / 3.0, gravity=9.8, cone_edges=4, soft=np.full(2, L),
     )  # fmt: skip
 
 
