@@ -122,9 +122,7 @@ def _check_cost(
         return  # reported as a margin below z_min; Eq. (9) has no finite value
     problem = recheck.problem
     weights = 1.0 + problem.cost.stability / np.maximum(z, problem.z_floor)
-    cost = float(
-        (weights @ arc.chords(problem.fingers.centres(rows), len(z))).max(initial=0.0)
-    )
+    cost = float((weights @ arc.chords(problem.fingers.centres(rows), len(z))).max(initial=0.0))
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
     found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")

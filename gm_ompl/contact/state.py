@@ -47,8 +47,8 @@ class Instant:
         gravity: g; its direction is the world's -z.
         cone_edges: s, unit edge vectors per friction cone.
         soft: (n,), length L of each finger: beside its cone a soft fingertip has a moment of up
-            to mu L about the normal per unit of normal force; 0 is a point, and so are all where
-            it is left out.
+            to mu L about the normal per unit of normal force; 0 is a point. Where
+            all are points it may be left out.
     """
 
     contacts: ContactState
@@ -66,7 +66,7 @@ class Instant:
     def __post_init__(self) -> None:
         fix(self, points=(None, 3), inertia=(3, 3))
         n = len(self.points)
-        if not len(self.soft):
+        if not np.any(self.soft):
             object.__setattr__(self, "soft", np.zeros(n))
         fix(self, normals=(n, 3), friction=(n,), max_normal_force=(n,), soft=(n,))
 

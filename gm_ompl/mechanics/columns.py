@@ -90,7 +90,9 @@ def twisting_columns(points: Array, normals: Array, moment: float, U: Array) -> 
     return both
 
 
-def hand_columns(points: Array, normals: Array, friction: Array, soft: Array, s: int, U: Array) -> Array:
+def hand_columns(
+    points: Array, normals: Array, friction: Array, soft: Array, s: int, U: Array
+) -> Array:
     """Return the columns of all fingers at their placements, (n, P, s, 6), or (n, P, s + 2, 6).
 
     Args:

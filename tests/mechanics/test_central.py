@@ -18,6 +18,7 @@ from gm_ompl.reference import equilibrium
 from gm_ompl.reference.modes import decide_modes, margin
 from gm_ompl.reference.statics import force_unit, statics
 from tests.instances import random_instance, softened
+from tests.mechanics.equilibrium_alone import balanced
 
 NONE = np.zeros((0, 3))
 
@@ -138,3 +139,16 @@ def test_no_command_is_wanted_where_nothing_presses() -> None:
     assert force_unit(instant) == 1.0
     half, _ = cube_of(dataclasses.replace(instant, mass=1.0), np.ones(2, dtype=bool))
     assert half == 0.0
+
+
+def test_feasible_is_what_a_plain_program_balances() -> None:
+    """50 random instants, points and soft: z_min = 0 holds where a balance is found by scipy."""
+    told = dict.fromkeys((True, False), 0)
+    for seed in range(1000, 1050):
+        instant = unforced(seed)
+        decision, plain = decide_instant(instant), balanced(instant)
+        if plain is None or decision.outcome is Outcome.INTERNAL_FORCE:
+            continue
+        told[plain] += 1
+        assert (decision.outcome is Outcome.STABLE) == plain, seed
+    assert min(told.values()) > 10

@@ -143,6 +143,7 @@ def test_soft_fingers_hold_an_object_below_its_centre_of_mass() -> None:
     The moment M g d = 0.98 about their line needs L (mu f - 4.9) >= 0.49 on each side, which
     40 N give for L >= 0.0325 and not for less.
     """
+
     def aside(L: float) -> Instant:
         held = squeezed(L)
         return dataclasses.replace(held, points=held.points + np.array([0.0, 0.1, 0.0]))
