@@ -67,7 +67,7 @@ class Fingers:
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 
-        Fingers are interchangeable when radius, limit, friction, softness, start and goal are equal.
+        Fingers are interchangeable when radius, limit, friction, soft, start and goal are equal.
         """
         groups: dict[tuple[object, ...], list[int]] = {}
         for i in range(self.count):

@@ -15,16 +15,13 @@ from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
-from gm_ompl.mechanics.central import settle_commands
+from gm_ompl.mechanics.central import Answer, settle_commands
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.problem import Placements, Problem
 
 Key: TypeAlias = tuple[int, Placements, Placements]
 """Contact state, kinds of fingers, placements."""
-
-Answer: TypeAlias = tuple[int, float, int, int]
-"""What ``modes.decide`` returns."""
 
 
 @final
@@ -130,7 +127,7 @@ class KernelBackend:
             settle_commands(
                 self._env[environment], self._load[environment],
                 self._tips[hand, np.array(rows, dtype=np.int64)], self._f_max[hand],
-                *answer, DIRECTIONS, f_com,
+                answer, DIRECTIONS, f_com,
             )  # fmt: skip
         return as_decision(*answer, f_com.tolist(), self.scale)
 

@@ -68,7 +68,8 @@ def commanded_margin(
         slopes: output (number of force-controlled fingers,).
 
     Returns:
-        REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the constant c of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
+        REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the constant c
+        of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
     """
     e, n, s = len(env), len(tips), tips.shape[1]
     m, N = 6 + n, 1 + e + n * s + n
@@ -165,7 +166,7 @@ class Alternatives:
         if end != modes.STABLE or z * self._scale < least:
             return None
         answer = (modes.STABLE, z, direction, mask)
-        settle_commands(self._env, self._q, self._tips, self._f_max, *answer, DIRECTIONS, f)
+        settle_commands(self._env, self._q, self._tips, self._f_max, answer, DIRECTIONS, f)
         return as_decision(*answer, f.tolist(), self._scale)
 
     def at(

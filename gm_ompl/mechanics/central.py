@@ -9,6 +9,8 @@ cube is then of the first fingers whose commands are free of each other, and the
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
@@ -24,6 +26,9 @@ FLAT = 1e-7
 """Half a side up to this (over the larger of force_scale and f_max) is no size."""
 MAX_CUTS = 200
 """Cuts on one set of commands before giving up."""
+
+Answer: TypeAlias = tuple[int, float, int, int]
+"""What ``modes.decide`` returns."""
 
 
 @compiled
@@ -72,7 +77,7 @@ def largest_cube(
             c[K] /= size
             slopes[K] /= size
             K += 1
-        if K == before:
+        if before == K:
             break
     centre[hand] = trial
     return half
@@ -112,12 +117,12 @@ def central_command(
 
 
 def settle_commands(
-    env: Array, q: Array, tips: Array, f_max: Array, end: int, z: float, direction: int, mask: int,
-    L: Array, f: Array,
-) -> None:  # fmt: skip
-    """Write f_com (n,) anew where a decision leaves it free: with some force control, at z = 0.
+    env: Array, q: Array, tips: Array, f_max: Array, answer: Answer, L: Array, f: Array
+) -> None:
+    """Write f_com (n,) anew where an answer of ``modes.decide`` leaves it free.
 
-    ``end`` to ``mask`` are the answer of ``modes.decide``.
+    That is with some force control at z = 0.
     """
+    end, z, _, mask = answer
     if end == STABLE and z == 0.0 and mask != (1 << len(f_max)) - 1:
         central_command(env, q, tips, f_max, mask, L, f)

@@ -96,7 +96,7 @@ def decide_instant(
     answer = decide_columns(
         env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
     )
-    settle_commands(env, q, tips, f_max, *answer, DIRECTIONS, f_com)
+    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
     return _in_units(instant, answer, f_com)
 
 
@@ -113,7 +113,7 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
     answer = modes.prove(
         env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, record, f_com, np.zeros(6)
     )
-    settle_commands(env, q, tips, f_max, *answer, DIRECTIONS, f_com)
+    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
     return _in_units(instant, answer, f_com), record
 
 

@@ -1,6 +1,6 @@
-"""Eq. (3) without disturbance: whether it has a solution, and what to command where only that counts.
+"""Eq. (3) without disturbance: whether it has a solution, and what to command at z = 0.
 
-At z = 0 Problem (6) leaves f_com free. The centre of the largest cube of commands with equilibrium
+There Problem (6) leaves f_com free. The centre of the largest cube of commands with equilibrium
 is taken: one program has a balance for each of its corners.
 """
 

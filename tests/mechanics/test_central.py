@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.contact.decision import ControlMode, Outcome
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.central import FLAT, largest_cube
@@ -48,7 +49,7 @@ def cube_of(instant: Instant, force: BoolArray) -> tuple[float, Array]:
 
 
 @pytest.mark.parametrize("decide", [decide_instant, decide_modes])
-def test_a_pinch_by_hand(decide: type[decide_instant]) -> None:
+def test_a_pinch_by_hand(decide: Callable[[Instant], ModeDecision]) -> None:
     """Points that pinch lift with z = 0: one is commanded the middle of what carries 9.8 N.
 
     With mu = 0.5 two fingers of 20 N carry it with 9.8 to 20 N each.

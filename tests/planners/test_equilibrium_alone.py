@@ -13,9 +13,9 @@ from gm_ompl.contact.decision import Outcome
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.planfile.model import Plan
 from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.load import load
 from tests.mechanics.equilibrium_alone import balanced
@@ -63,8 +63,8 @@ def test_a_single_finger_pushes_straight_ahead() -> None:
     assert plan.status == "solved"
     assert gm_ompl.check(plan).holds
     assert plan.cost == pytest.approx(3.0 * (1.0 + 0.01 / (0.01 * 9.8)), rel=1e-9)
+    assert [segment.z for segment in plan.segments] == [0.0] * 9
     for step in plan.steps:
-        assert [segment.z for segment in step.segments] == [0.0] * 3
         assert step.placements[0].face == "-x"
         assert step.placements[0].point[1] == pytest.approx(0.0, abs=1e-12)
     refused = gm_ompl.plan(pusher(mechanics={"z_min": 1e-6}))
@@ -103,11 +103,10 @@ def test_two_points_lift_by_pinching_where_equilibrium_is_enough() -> None:
     plan = gm_ompl.plan(card(0.0, 0.0))
     assert plan.status == "solved"
     assert gm_ompl.check(plan).holds
-    for step in plan.steps:
-        for segment in step.segments:
-            assert sorted(segment.modes) == ["force", "position"]
-            (command,) = [f for f in segment.f_com if f is not None]
-            assert 18.5 <= command <= (7.0 / np.cos(np.pi / 6.0) + 30.0) / 2.0 + 1e-6
+    for segment in plan.segments:
+        assert sorted(segment.modes) == ["force", "position"]
+        (command,) = [f for f in segment.f_com if f is not None]
+        assert 18.5 <= command <= (7.0 / np.cos(np.pi / 6.0) + 30.0) / 2.0 + 1e-6
 
 
 def test_a_command_off_equilibrium_fails_the_check() -> None:
