@@ -221,6 +221,12 @@ class _Program:
         ends = np.cumsum([len(part) for part in columns])
         return (np.concatenate(slopes_of), np.concatenate(columns), ends), bounds
 
+    def _bounds(self, unit: float, changes: int) -> Array:
+        """Return the bounds on all f_com over ``unit``, then on the changes, one pair each."""
+        lowest = np.concatenate([self._lowest / unit, np.zeros(changes)])
+        most = np.concatenate([self._limits / unit, np.full(changes, np.inf)])
+        return np.stack([lowest, most], axis=1)
+
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
         # Imported late: most plans need no such program, and scipy takes a while to load.
@@ -245,13 +251,7 @@ class _Program:
             np.concatenate([np.zeros(F), np.ones(M)]),
             A_ub=sparse.csr_array(sparse.vstack(values)),
             b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
-            bounds=np.stack(
-                [
-                    np.concatenate([self._lowest / unit, np.zeros(M)]),
-                    np.concatenate([self._limits / unit, np.full(M, np.inf)]),
-                ],
-                axis=1,
-            ),
+            bounds=self._bounds(unit, M),
             options={
                 "primal_feasibility_tolerance": 1e-10,
                 "dual_feasibility_tolerance": 1e-9,

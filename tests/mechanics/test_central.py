@@ -11,6 +11,7 @@ import pytest
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.central import FLAT, largest_cube
 from gm_ompl.mechanics.certificate import separates_environment
@@ -22,6 +23,7 @@ from tests.instances import random_instance, softened
 from tests.mechanics.equilibrium_alone import balanced
 
 NONE = np.zeros((0, 3))
+LIMIT = np.array([20.0])
 
 
 def in_the_air(points: Array, normals: Array, f_max: float, mu: float = 0.5) -> Instant:
@@ -153,3 +155,19 @@ def test_feasible_is_what_a_plain_program_balances() -> None:
         told[plain] += 1
         assert (decision.outcome is Outcome.STABLE) == plain, seed
     assert min(told.values()) > 10
+
+
+def test_steady_control_leaves_commands_at_no_margin() -> None:
+    """What is free gives way: a pinch of points keeps 14.9 N, the soft one before it takes that."""
+    soft = dataclasses.replace(pinched(20.0), soft=np.full(2, 0.1))
+    one, other = decide_instant(soft), decide_instant(pinched(20.0))
+    assert one.z > 0.0
+    commands = [
+        Undecided(Alternatives.of(instant), found, (0, 1), 0.5 * found.z, 0.6 * found.z, LIMIT)
+        for instant, found in ((soft, one), (pinched(20.0), other))
+    ]
+    before, after = least_change(commands)
+    assert after == other
+    assert after.f_com[1] == pytest.approx(14.9, rel=1e-9)
+    assert one.f_com[1] != pytest.approx(14.9, rel=1e-3)
+    assert before.f_com[1] == pytest.approx(14.9, rel=1e-6)
