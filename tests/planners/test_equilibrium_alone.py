@@ -18,6 +18,7 @@ from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.load import load
+from gm_ompl.scenario.scenario import Scenario
 from tests.mechanics.equilibrium_alone import balanced
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*at the goal the object touches nothing")
@@ -118,11 +119,26 @@ def test_a_command_off_equilibrium_fails_the_check() -> None:
     assert not gm_ompl.check(Plan.model_validate_json(json.dumps(tree))).holds
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_the_plain_search_finds_the_same_cost(seed: int) -> None:
-    """With z_min = 0 and soft fingers A* and the reference's search agree, on small scenarios."""
-    changes = ["mechanics.z_min=0", f"fingers.soft={0.0 if seed % 2 else 0.05}"]
-    problem = load(f"random/small/{seed}", changes).problem
+TWO_WAYS = {"start": {"position": [0, 0, 1]},
+            "path": [{"slide": {"by": [2, 0, 0]}}, {"slide": {"by": [0, 1, 0]}}]}  # fmt: skip
+
+COMPARED = {
+    "soft": load("random/small/0", ["mechanics.z_min=0", "fingers.soft=0.05"]),
+    "points, infeasible": load("random/small/1", ["mechanics.z_min=0"]),
+    "a regrasp of one finger": Scenario.from_resolved(
+        pusher(
+            motion=TWO_WAYS,
+            lattice={"segments": [2, 1]},
+            fingers={**pusher()["fingers"], "placements": {"grid": [1, 1]}},
+        )
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_the_plain_search_finds_the_same_cost(name: str) -> None:
+    """With z_min = 0 A* and the reference's search agree, on small scenarios."""
+    problem = COMPARED[name].problem
     judge = Judge(problem, make_backend(problem))
     found = make_planner("astar").solve(problem, judge, Budget(), np.random.default_rng(0))
     plain = plain_search(problem)
