@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 
 from gm_ompl.checking.coordinates import gap, in_goal
+from gm_ompl.checking.junctions import Junctions
 from gm_ompl.checking.recheck import Recheck, Tolerances
 from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
@@ -199,7 +200,8 @@ _NO_STEPS = (
 def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = None) -> CheckReport:
     """Judge a plan by geometry, contact and the reference's programs alone.
 
-    The planner's name, its parameters, the seed and the statistics are not judged.
+    The planner's name, its parameters, the seed and the statistics are not judged; where these
+    state failing junctions, so many are noted instead of held against the plan.
 
     Args:
         plan: a plan, or the path of a plan file.
@@ -220,6 +222,7 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     check_totals(recheck, plan, whole)
     reports: list[StepReport] = []
     violations = list(whole.violations)
+    junctions = Junctions(recheck, _stated(plan))
     last: AnyStep | None = None
     for number, step in enumerate(plan.steps):
         found = Findings(number)
@@ -228,13 +231,21 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
             check_displacement(recheck, step, found)
         else:
             check_regrasp(recheck, step, found)
+        junctions.follow(step, found)
         if number == len(plan.steps) - 1:
             check_goal(recheck, step, found)
         reports.append(found.report(step.kind, _where(step)))
         violations += found.violations
         last = step
     notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
+    notes += junctions.notes()
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
+
+
+def _stated(plan: Plan) -> int | None:
+    """Return how many failing junctions the plan states; None where it says it does not know."""
+    stated = (plan.statistics.model_extra or {}).get("failing_junctions", 0)
+    return stated if stated is None or isinstance(stated, int) else 0
 
 
 def _where(step: AnyStep) -> str:

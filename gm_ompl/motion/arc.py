@@ -39,7 +39,7 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """One of the equal parts into which an arc is divided (Sec. 4.2).
+    """One of the parts into which an arc is divided (Sec. 4.2).
 
     Attributes:
         arc: the whole.
@@ -106,9 +106,20 @@ class Arc(ABC):
         """Return the instant at ``t``, in motion."""
         return Moment(self.pose(t), self.twist(t))
 
+    @property
+    def pitch(self) -> float | None:
+        """How long a segment is, in t; the last one may be shorter. None: all are equal."""
+        return None
+
+    def bounds(self, parts: int) -> list[float]:
+        """Return the t at which its segments begin and end, one more than ``parts``."""
+        if self.pitch is None:
+            return [j / parts for j in range(parts + 1)]
+        return [*(j * self.pitch for j in range(parts)), 1.0]
+
     def segments(self, parts: int) -> tuple[Segment, ...]:
-        """Return the arc's equal parts, in order."""
-        cuts = [j / parts for j in range(parts + 1)]
+        """Return the arc's parts, in order."""
+        cuts = self.bounds(parts)
         return tuple(Segment(self, *cuts[j : j + 2]) for j in range(parts))
 
     def middles(self, parts: int) -> tuple[Moment, ...]:
@@ -116,14 +127,16 @@ class Arc(ABC):
         return tuple(self._middles(parts))
 
     def _middles(self, parts: int) -> Iterator[Moment]:
+        cuts = self.bounds(parts)
         for j in range(parts):
             if j % 256 == 255:
                 limits.check()
-            yield self.moment((2 * j + 1) / (2 * parts))
+            equal = (2 * j + 1) / (2 * parts)  # equal on the way back, in every bit
+            yield self.moment(equal if self.pitch is None else (cuts[j] + cuts[j + 1]) / 2.0)
 
     def cuts(self, parts: int) -> tuple[Pose, ...]:
         """Return the poses at the segments' ends, one more than ``parts``."""
-        return (self.start, *(self.pose(j / parts) for j in range(1, parts)), self.end)
+        return (self.start, *(self.pose(t) for t in self.bounds(parts)[1:-1]), self.end)
 
     def chords(self, points: Array, parts: int) -> Array:
         """Return |dq_finger i,j| of Eq. (9): straight ways of ``points``, (parts, m).

@@ -98,6 +98,7 @@ class Screw(Arc):
         first: the fraction of it at t = 0.
         last: the fraction at t = 1.
         known: poses by their fraction, shared by the parts of one motion.
+        pitch: how long a segment is, as ``Arc`` has it.
     """
 
     origin: Pose
@@ -105,6 +106,7 @@ class Screw(Arc):
     first: float = 0.0
     last: float = 1.0
     known: dict[float, Pose] = field(default_factory=dict)
+    pitch: float | None = None
 
     def pose(self, t: float) -> Pose:
         """Return the pose at ``t``."""

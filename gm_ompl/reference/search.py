@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Move, Placements, Problem
+from gm_ompl.reference.contact_lattice import object_graph
 from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.reference.modes import decide_modes
 
@@ -94,7 +95,7 @@ class Graph:
 
     def __init__(self, problem: Problem, judge: ReferenceJudge) -> None:
         self._problem, self._judge = problem, judge
-        self._objects = problem.object_graph
+        self._objects = object_graph(problem)
         self._groups = problem.fingers.groups()
         self._arcs = 0
 

@@ -166,7 +166,7 @@ def test_steady_control_leaves_commands_at_no_margin() -> None:
         Undecided(Alternatives.of(instant), found, (0, 1), 0.5 * found.z, 0.6 * found.z, LIMIT)
         for instant, found in ((soft, one), (pinched(20.0), other))
     ]
-    before, after = least_change(commands)
+    (before, after), _ = least_change(commands)
     assert after == other
     assert after.f_com[1] == pytest.approx(14.9, rel=1e-9)
     assert one.f_com[1] != pytest.approx(14.9, rel=1e-3)
