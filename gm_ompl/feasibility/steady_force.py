@@ -204,12 +204,6 @@ class _Program:
         values = np.concatenate([row[0] for row in rows])
         return (values, np.concatenate([row[1] for row in rows]), ends), bounds
 
-    def _bounds(self, unit: float, others: int) -> Array:
-        """Return the bounds on all f_com over ``unit``, then on the rest, one pair each."""
-        lowest = np.concatenate([self._lowest / unit, np.zeros(others)])
-        most = np.concatenate([self._limits / unit, np.full(others, np.inf)])
-        return np.stack([lowest, most], axis=1)
-
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
         # Imported late: most plans need no such program, and scipy takes a while to load.
@@ -230,11 +224,13 @@ class _Program:
         cuts, bounds = self._cuts(unit)
         if bounds:
             values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M + L)))
+        lower = np.concatenate([self._lowest / unit, np.zeros(M + L)])
+        upper = np.concatenate([self._limits / unit, np.full(M + L, np.inf)])
         result = linprog(
             np.concatenate([np.zeros(F), np.ones(M), np.full(L, PRICE)]),
             A_ub=sparse.csr_array(sparse.vstack(values)),
             b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
-            bounds=self._bounds(unit, M + L),
+            bounds=np.stack([lower, upper], axis=1),
             options={
                 "primal_feasibility_tolerance": 1e-10,
                 "dual_feasibility_tolerance": 1e-9,

@@ -113,7 +113,7 @@ def in_units(tree: Tree, length: float = 0.025, mass: float = 40.0, time: float 
     new, force = copy.deepcopy(tree), mass * length / time**2
     factors = {
         "box": length, "min": length, "max": length, "hull": length, "position": length,
-        "by": length, "x": length, "y": length, "radius": length, "regrasp": length,
+        "by": length, "x": length, "y": length, "radius": length, "soft": length, "regrasp": length,
         "mass": mass, "gravity": length / time**2,
         "max_normal_force": force, "z_min": force, "stability": force,
     }  # fmt: skip
@@ -140,8 +140,9 @@ def renumbered(tree: Tree) -> Tree:
     """The scenario with its fingers listed the other way round."""
     new = copy.deepcopy(tree)
     fingers = new["fingers"]
-    for holder, key in ((fingers, "radius"), (fingers, "max_normal_force"), (fingers, "start"),
-                        (fingers, "goal"), (new["friction"], "finger")):  # fmt: skip
+    for holder, key in ((fingers, "radius"), (fingers, "max_normal_force"), (fingers, "soft"),
+                        (fingers, "start"), (fingers, "goal"),
+                        (new["friction"], "finger")):  # fmt: skip
         if isinstance(holder[key], list):
             holder[key] = holder[key][::-1]
     return new

@@ -78,8 +78,8 @@ def _without(i: int) -> Callable[[dict[str, Any]], None]:
         scenario = draft["scenario"]
         scenario["fingers"]["count"] -= 1
         for section, key in [
-            ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "start"),
-            ("fingers", "goal"), ("friction", "finger"),
+            ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "soft"),
+            ("fingers", "start"), ("fingers", "goal"), ("friction", "finger"),
         ]:  # fmt: skip
             del scenario[section][key][i]
         for step in draft["steps"]:
