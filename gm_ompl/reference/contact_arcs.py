@@ -115,6 +115,26 @@ class ContactArcs:
         """Return the rotation under way at ``head``, where an arc about ``line`` led."""
         return None if head.begins else line
 
+    def in_region(self, start: Pose, piece: Piece) -> bool:
+        """Whether the centre of mass stays in the region all along."""
+        slack = SAME * self._D
+        low, high = self._motion.region[0] - slack, self._motion.region[1] + slack
+        if isinstance(piece, Slide):
+            places = np.array([start.position, start.position + piece.by])
+            return bool((places >= low).all() and (places <= high).all())
+        arm = start.position - piece.pivot
+        along = (arm @ piece.axis) * piece.axis
+        out, side = arm - along, cross(piece.axis, arm)
+        # A coordinate is m + a cos(u) + b sin(u); it is greatest and least where tan(u) = b / a.
+        turns = [0.0, piece.angle]
+        for a, b in zip(out, side, strict=True):
+            for k in range(-2, 3):
+                u = math.atan2(b, a) + k * math.pi
+                turns += [u] if min(0.0, piece.angle) < u < max(0.0, piece.angle) else []
+        angles = np.array(turns)[:, None]
+        places = piece.pivot + along + np.cos(angles) * out + np.sin(angles) * side
+        return bool((places >= low).all() and (places <= high).all())
+
     def _offer(
         self, start: Pose, whole: Piece, length: float, line: Line | None
     ) -> Iterator[Offer]:
@@ -127,7 +147,7 @@ class ContactArcs:
             piece = Tumble(whole.pivot, whole.axis, t * whole.angle)
         elif t < 1.0 and isinstance(whole, Slide):
             piece = Slide(t * whole.by)
-        if not self._in_region(start, piece):
+        if not self.in_region(start, piece):
             return
         step = self._steps.translation if line is None else self._steps.rotation
         steps = t * length / step
@@ -176,23 +196,3 @@ class ContactArcs:
             if abs(math.remainder(place / self._steps.translation, 1.0)) > ON_GRID:
                 return False
         return True
-
-    def _in_region(self, start: Pose, piece: Piece) -> bool:
-        """Whether the centre of mass stays in the region all along."""
-        slack = SAME * self._D
-        low, high = self._motion.region[0] - slack, self._motion.region[1] + slack
-        if isinstance(piece, Slide):
-            places = np.array([start.position, start.position + piece.by])
-            return bool((places >= low).all() and (places <= high).all())
-        arm = start.position - piece.pivot
-        along = (arm @ piece.axis) * piece.axis
-        out, side = arm - along, cross(piece.axis, arm)
-        # A coordinate is m + a cos(u) + b sin(u); it is greatest and least where tan(u) = b / a.
-        turns = [0.0, piece.angle]
-        for a, b in zip(out, side, strict=True):
-            for k in range(-2, 3):
-                u = math.atan2(b, a) + k * math.pi
-                turns += [u] if min(0.0, piece.angle) < u < max(0.0, piece.angle) else []
-        angles = np.array(turns)[:, None]
-        places = piece.pivot + along + np.cos(angles) * out + np.sin(angles) * side
-        return bool((places >= low).all() and (places <= high).all())
