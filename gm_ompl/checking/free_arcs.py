@@ -160,13 +160,12 @@ class FreeArcs(Kinematics):
     ) -> bool:
         """Judge arc and number of segments; return whether the segments can be judged."""
         region = self._motion.region
-        if not found.check(
+        found.check(
             "region",
             self._arcs.in_region(start, piece),
             f"{arc_in_words(step.arc)}: the centre of mass leaves the region {listed(region[0])} "
             f"to {listed(region[1])}",
-        ):
-            return True
+        )
         stand = self._arcs.stand(start)
         under_way = self._arcs.under_way(stand, self._came_about)
         offers = list(self._arcs.offers(stand, under_way))
@@ -207,7 +206,8 @@ class FreeArcs(Kinematics):
         self, step: DisplacementStep, piece: Piece, offers: list[Offer], begins: bool
     ) -> str:
         """Return what is claimed, and what the lattice has instead."""
-        instead = [o for o in offers if self._same(piece, o, any_length=True)] or offers
+        instead = [o for o in offers if self._same(piece, o, any_length=True)]
+        instead = instead or [offer for offer in offers if offer.inside]
         said = [arc_in_words(arc_record(offer.arc)) for offer in instead[:SHOWN]]
         more = f" and {len(instead) - SHOWN} more" if len(instead) > SHOWN else ""
         why = "" if begins or isinstance(piece, Slide) else "; off the grid no rotation may begin"

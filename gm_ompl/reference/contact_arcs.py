@@ -49,17 +49,19 @@ class Stand:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """An arc that the contact lattice has.
+    """An arc that the contact lattice has, or would have in a wider region.
 
     Attributes:
         arc: the motion, from the pose where it begins to where it ends.
         parts: in how many segments it is judged.
         line: about which it turns; None for a translation.
+        inside: whether the centre of mass stays in the region; else the lattice lacks it.
     """
 
     arc: Screw
     parts: int
     line: Line | None
+    inside: bool
 
 
 class ContactArcs:
@@ -92,7 +94,7 @@ class ContactArcs:
         return Stand(pose, tuple(found), tuple(turned), self._begins(pose, contacts))
 
     def offers(self, stand: Stand, under_way: Line | None) -> Iterator[Offer]:
-        """Yield the arcs that leave a pose, in the order of the rules.
+        """Yield the arcs that leave a pose, in the order of the rules, those out of the region too.
 
         Args:
             stand: the pose.
@@ -147,15 +149,15 @@ class ContactArcs:
             piece = Tumble(whole.pivot, whole.axis, t * whole.angle)
         elif t < 1.0 and isinstance(whole, Slide):
             piece = Slide(t * whole.by)
-        if not self.in_region(start, piece):
-            return
+        inside = self.in_region(start, piece)
         step = self._steps.translation if line is None else self._steps.rotation
         steps = t * length / step
         if steps >= 1.0 - WHOLE:
-            yield Offer(Screw(start, piece), self._samples, line)
+            yield Offer(Screw(start, piece), self._samples, line, inside)
             return
         parts = max(1, math.ceil(self._samples * steps - WHOLE))
-        yield Offer(Screw(start, piece, pitch=1.0 / (self._samples * steps)), parts, line)
+        pitch = 1.0 / (self._samples * steps)
+        yield Offer(Screw(start, piece, pitch=pitch), parts, line, inside)
 
     def _translations(self, pose: Pose) -> Iterator[tuple[int, Array]]:
         """Yield, per listed axis and sense, the way to the next multiple of the step."""

@@ -106,6 +106,8 @@ class ContactLattice:
             arcs: dict[int, GraphArc] = {}
             if self._depths[node] != self._motion.steps.depth:
                 for offer in self._arcs.offers(self._stands[node], self._under_way[node]):
+                    if not offer.inside:
+                        continue
                     head = self._node(offer.arc.end, offer.line, self._depths[node] + 1)
                     if head != node:
                         arcs.setdefault(head, GraphArc(head, offer.arc, offer.parts))
