@@ -13,7 +13,6 @@ from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
-from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 
 Spots = tuple[tuple[str, tuple[int, int]], ...]
@@ -164,14 +163,12 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     if not isinstance(plan, Plan):
         plan = Plan.load(plan)
     problem = Scenario.from_resolved(plan.scenario, "scenario in the plan").problem
-    return check_against(plan, problem, tolerances)
+    return check_against(plan, Recheck(problem, tolerances))
 
 
-def check_against(
-    plan: Plan, problem: Problem, tolerances: Tolerances | None = None
-) -> CheckReport:
+def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
     """Judge a plan by a problem, which ``check`` makes from the scenario inside the plan."""
-    recheck, whole = Recheck(problem, tolerances), Findings(None)
+    problem, whole = recheck.problem, Findings(None)
     kinematics: Kinematics = (
         FreeArcs(recheck, problem.motion)
         if isinstance(problem.motion, FreeMotion)

@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from gm_ompl.checking.check import check_against
+from gm_ompl.checking.recheck import Recheck
+from gm_ompl.checking.report import CheckReport
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.arcs import arc_of, pose_before
@@ -53,6 +55,17 @@ def solved(scene: str) -> tuple[Problem, Plan]:
     return problem, plan
 
 
+@cache
+def recheck(scene: str) -> Recheck:
+    """What is known of a scene: its answers are kept from plan to plan."""
+    return Recheck(solved(scene)[0])
+
+
+def judged(plan: Plan, scene: str) -> CheckReport:
+    """Judge a plan for a scene."""
+    return check_against(plan, recheck(scene))
+
+
 @pytest.mark.parametrize(("scene", "kinds"), [
     ("lean", ["displacement", "displacement", "regrasp", "displacement"]),
     ("slide", ["displacement"] * 2),
@@ -61,25 +74,23 @@ def solved(scene: str) -> tuple[Problem, Plan]:
 ])  # fmt: skip
 def test_what_the_plain_search_finds_holds(scene: str, kinds: list[str]) -> None:
     """The plain search's plans hold, as they are and read from a file."""
-    problem, plan = solved(scene)
+    plan = solved(scene)[1]
     assert [step.kind for step in plan.steps] == kinds
     again = Plan.model_validate_json(json.dumps(plan.to_dict()))
     assert again == plan
-    report = check_against(again, problem)
+    report = judged(again, scene)
     assert report.holds, report.table()
 
 
 def test_a_plan_says_what_the_object_does() -> None:
     """Without coordinates a step's place is said in words."""
-    problem, plan = solved("lean")
-    assert [step.where for step in check_against(plan, problem).steps] == [
+    assert [step.where for step in judged(solved("lean")[1], "lean").steps] == [
         "turns 45 deg about +y through [0.5, -0.5, 0]",
         "turns 45 deg about +y through [0.5, -0.5, 0]",
         "at [1, 0, 0.5], finger 0 to -x:[0, 2]",
         "turns 17.4576 deg about +y through [1.5, -0.5, 0]",
     ]
-    problem, plan = solved("slide")
-    assert check_against(plan, problem).steps[1].where == "slides 0.3 along +x"
+    assert judged(solved("slide")[1], "slide").steps[1].where == "slides 0.3 along +x"
 
 
 def test_a_plan_file_keeps_the_segments_of_short_arcs() -> None:
@@ -270,10 +281,9 @@ CASES: dict[str, Case] = {
 def test_tampering_is_refused(name: str) -> None:
     """The report names the step that was tampered with and the reason."""
     case = CASES[name]
-    problem, plan = solved(case.scene)
-    draft = json.loads(json.dumps(plan.to_dict()))
+    draft = json.loads(json.dumps(solved(case.scene)[1].to_dict()))
     case.tamper(draft)
-    report = check_against(Plan.model_validate_json(json.dumps(draft)), problem)
+    report = judged(Plan.model_validate_json(json.dumps(draft)), case.scene)
     assert not report.holds
     found = [v for v in report.violations if (v.step, v.topic) == (case.step, case.topic)]
     assert found, report.table()
@@ -307,14 +317,14 @@ OTHERS: dict[str, tuple[str, dict[str, Any], int, str, str]] = {
 def test_a_plan_for_another_motion_is_refused(name: str) -> None:
     """A plan does not hold for other starts, regions, steps and depths than its own."""
     scene, changes, step, topic, words = OTHERS[name]
-    report = check_against(solved(scene)[1], _other(scene, **changes))
+    report = check_against(solved(scene)[1], Recheck(_other(scene, **changes)))
     found = [v.message for v in report.violations if (v.step, v.topic) == (step, topic)]
     assert any(words in message for message in found), report.table()
 
 
 def test_a_deep_enough_lattice_holds_the_plan() -> None:
     """A depth of as many arcs as the plan has is enough."""
-    assert check_against(solved("lean")[1], _other("lean", depth=3)).holds
+    assert check_against(solved("lean")[1], Recheck(_other("lean", depth=3))).holds
 
 
 def test_another_goal_is_refused() -> None:
@@ -323,9 +333,9 @@ def test_another_goal_is_refused() -> None:
     assert isinstance(problem.motion, FreeMotion)
     goal, off = problem.motion.goal, np.array([0.1, 0, 0])
     moved = replace(goal, low=goal.low + off, high=goal.high + off)
-    report = check_against(plan, _other("lean", goal=moved))
+    report = check_against(plan, Recheck(_other("lean", goal=moved)))
     assert [v.topic for v in report.violations] == ["goal"]
     assert "0.1 from the goal's place" in report.violations[0].message
-    report = check_against(plan, _other("lean", goal=replace(goal, rotation=np.eye(3))))
+    report = check_against(plan, Recheck(_other("lean", goal=replace(goal, rotation=np.eye(3)))))
     assert [v.topic for v in report.violations] == ["goal"]
     assert "turned 107.458 deg" in report.violations[0].message
