@@ -19,40 +19,14 @@ from gm_ompl.checking.report import CheckReport
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.arcs import arc_of, pose_before
-from gm_ompl.planfile.assemble import assemble, pose_record
+from gm_ompl.planfile.assemble import pose_record
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from tests.check.tampering import Draft, put, total
-from tests.free_scenes import ACROSS, DEGREE, free_problem, over_and_against, steps, up_to_a_wall
+from tests.free_plans import solved
+from tests.free_scenes import DEGREE
 
 Tamper = Callable[[Draft], object]
-
-
-def tilted() -> Problem:
-    """A turn in two arcs, the second of which begins off the grid of translations."""
-    end = Pose(np.eye(3), np.array([0, 0, 0.5])).turned([0.5, 0, 0], ACROSS, 30 * DEGREE)
-    return over_and_against(goal=end.position.tolist(), by=steps(rotation=15.0))
-
-
-def in_the_way() -> Problem:
-    """The goal is where the object is."""
-    return free_problem(goal=(0, 0, 0.5))
-
-
-SCENES = {
-    "lean": over_and_against, "slide": up_to_a_wall, "tilted": tilted, "there": in_the_way,
-}  # fmt: skip
-
-
-@cache
-def solved(scene: str) -> tuple[Problem, Plan]:
-    """A scene's problem and its optimal plan."""
-    problem = SCENES[scene]()
-    moves = plain_search(problem).moves
-    statistics = {"time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": []}
-    plan = assemble(problem, {}, moves, status="solved", planner="plain", statistics=statistics)
-    return problem, plan
 
 
 @cache
@@ -295,7 +269,7 @@ def _other(scene: str, **changes: Any) -> Problem:
     problem = solved(scene)[0]
     motion = problem.motion
     assert isinstance(motion, FreeMotion)
-    given = {"start": motion.start, "goal": motion.goal, "region": motion.region}
+    given: dict[str, Any] = {"start": motion.start, "goal": motion.goal, "region": motion.region}
     given |= {key: value for key, value in changes.items() if key in given}
     changed = {key: value for key, value in changes.items() if key not in given}
     made = FreeMotion(**given, steps=replace(motion.steps, **changed))
