@@ -11,11 +11,13 @@ import numpy as np
 from gm_ompl.arrays import Array, fix
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import Environment
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.motion.arc import Arc, Motion
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
 
@@ -57,6 +59,15 @@ class Fingers:
         table, rows = self.placements, list(placements)
         outward: Array = table.points[rows] - self.radius[:, None] * table.normals[rows]
         return outward
+
+    @property
+    def reach(self) -> float:
+        """How far a fingertip may be from the object's centre of mass."""
+        table, farthest = self.placements, 0.0
+        for radius in set(self.radius.tolist()):
+            centres = np.linalg.norm(table.centres(radius), axis=1)
+            farthest = max(farthest, float(centres.max(initial=0.0)) + radius)
+        return farthest
 
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
@@ -147,9 +158,12 @@ class Problem:
         Raises:
             InputError: the start or the goal is off the lattice.
         """
-        return LatticeGraph(
-            self.motion, self.lattice, self.start, self.goal, self.cost.samples_per_arc
-        )
+        parts = self.cost.samples_per_arc
+        if isinstance(self.motion, FreeMotion):
+            return ContactLattice(
+                self.motion, self.body, self.environment, parts, self.fingers.reach
+            )
+        return LatticeGraph(self.motion, self.lattice, self.start, self.goal, parts)
 
     def instant(
         self, contacts: ContactState, fingers: tuple[int, ...], placements: Placements

@@ -108,7 +108,10 @@ def _twice_as_fine(scenario: Scenario) -> tuple[str, dict[str, Any]]:
     if steps is None:
         tree["lattice"]["segments"] = [2 * n for n in tree["lattice"]["segments"]]
         return f"lattice.segments={tree['lattice']['segments']}", tree
-    halves = {"x": steps.x / 2, "y": steps.y / 2, "yaw": f"{steps.yaw / 2!r} rad"}
+    halves = {
+        key: f"{step / 2!r} rad" if key in ("yaw", "rotation") else step / 2
+        for key, step in steps.given.items()
+    }
     tree["lattice"]["steps"] = halves
     shown = ", ".join(f"{key}: {value}" for key, value in halves.items())
     return f"lattice.steps={{{shown}}}", tree

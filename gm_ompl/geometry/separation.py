@@ -208,7 +208,7 @@ def _overlapping(a: PlacedPiece, b: PlacedPiece, slack: float) -> tuple[float, f
     if (low_a >= high_b)[:2].any() or (low_b >= high_a)[:2].any():
         return np.inf, -np.inf, -np.inf
     low, high, stands = -np.inf, np.inf, np.inf
-    for axes in _axes(a, b):
+    for axes in separating_axes(a, b):
         width = (axes @ b.vertices.T).max(axis=1) - (axes @ a.vertices.T).min(axis=1)
         rise = axes[:, 2]
         up, down = rise > 0.0, rise < 0.0
@@ -220,7 +220,7 @@ def _overlapping(a: PlacedPiece, b: PlacedPiece, slack: float) -> tuple[float, f
     return low, high, stands
 
 
-def _axes(a: PlacedPiece, b: PlacedPiece) -> Iterator[Array]:
+def separating_axes(a: PlacedPiece, b: PlacedPiece) -> Iterator[Array]:
     """Yield the outward normals (k, 3) of b - a, and others: each bounds it."""
     yield b.normals
     yield -a.normals

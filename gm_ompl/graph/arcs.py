@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -13,6 +13,9 @@ from gm_ompl.caches import Memo
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements
+
+USUAL = 8
+"""Arcs that leave a node of free motion, about."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +74,25 @@ class ObjectArcs:
         radii = len(set(problem.fingers.radius.tolist()))
         numbers = 8 * (problem.cost.samples_per_arc + 1) + 32  # 32: a float and its place in a list
         each = len(problem.fingers.placements) * radii * numbers + 2000
-        self._known = Memo[int, Mapping[int, ObjectArc]](each * 2 * problem.motion.dimension)
+        leaving = 2 * problem.motion.dimension or USUAL
+        self._known = Memo[int, Mapping[int, ObjectArc]](each * leaving)
+        self._kinds = Memo[Hashable, ObjectArc | None](each)
 
     def leaving(self, config: int) -> Mapping[int, ObjectArc]:
         """Return the arcs from the object's node ``config`` by their heads."""
         known = self._known.get(config)
         if known is None:
-            made = {step.head: self._make(step) for step in self._graph.arcs_from(config)}
+            made = {step.head: self._alike(step) for step in self._graph.arcs_from(config)}
             known = self._known[config] = {h: arc for h, arc in made.items() if arc is not None}
         return known
+
+    def _alike(self, step: GraphArc) -> ObjectArc | None:
+        """Return an arc, made once for all of its kind."""
+        if step.kind is None:
+            return self._make(step)
+        if step.kind not in self._kinds:
+            self._kinds[step.kind] = self._make(step)
+        return self._kinds[step.kind]
 
     def _make(self, step: GraphArc) -> ObjectArc | None:
         judge = self._judge

@@ -19,9 +19,9 @@ class Lane:
         placements: canonical.
         hubs: per slot, the hub where it is lifted.
         rows: (n,), the placements.
-        known: (A, P), decided margins, as ``Known.margins`` has them.
-        z: (A, P), upper bounds on the margins.
-        costs: (A,), lower bounds on Eq. (9).
+        known: (K, P), decided margins, as ``Known.margins`` has them.
+        z: (K, P), upper bounds on the margins.
+        costs: (K,), lower bounds on Eq. (9) by kind of arc.
         d: (V,), lower bounds on the cost to the goal inside the lane.
         version: of the cuts when the bounds were last renewed.
     """

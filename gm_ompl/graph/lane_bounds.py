@@ -16,15 +16,15 @@ SHORTER = 1.0 - 1e-11
 
 @compiled
 def spread(c: int, costs: Array, tables: Tables, travel: Array, via: IntArray) -> None:
-    """Write the least cost (V,) from node c by arcs of these costs (A,), and the last arc (V,)."""
+    """Write the least cost (V,) from node c, kinds costing this (K,), and the last arc (V,)."""
     order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
     travel[:], via[:] = np.inf, -1
-    travel[c], falling = 0.0, True
+    kind, travel[c], falling = tables.kind, 0.0, True
     while falling:
         falling = False
         for k in range(len(order) - 1, -1, -1):
             a = order[k]
-            onward, there = travel[tail[a]] + costs[a], head[a]
+            onward, there = travel[tail[a]] + costs[kind[a]], head[a]
             if onward < travel[there]:
                 travel[there], via[there], falling = onward, a, again
 
@@ -51,7 +51,7 @@ def best_target(
     Args:
         c: the node.
         g: cost so far.
-        costs: (A,), costs of the arcs.
+        costs: (K,), costs of the kinds of arcs.
         d: (V,), cost of reaching the goal inside the lane.
         V: (n, V), lower bound on the cost from the hub where slot k is lifted.
         G: (n, V), least cost at which that hub was reached already.
@@ -66,12 +66,12 @@ def best_target(
     if X_regr <= best:
         best, node, slot = better_hub(c, 0.0, g, V, G, X_regr, best, node, slot)
     travel[:] = np.inf
-    travel[c], falling = 0.0, True
+    kind, travel[c], falling = tables.kind, 0.0, True
     while falling:
         falling = False
         for k in range(len(order) - 1, -1, -1):
             a = order[k]
-            onward, there = travel[tail[a]] + costs[a], head[a]
+            onward, there = travel[tail[a]] + costs[kind[a]], head[a]
             if onward < travel[there] and onward + X_regr <= best:
                 travel[there], falling = onward, again
                 best, node, slot = better_hub(there, onward, g, V, G, X_regr, best, node, slot)
@@ -116,13 +116,14 @@ def lane_keys(
         cuts: the cuts.
         keys: output (L,).
     """
-    tail, head, onward_arcs = tables.tail, tables.head, tables.order[::-1]
+    tail, head, onward_arcs, kind = tables.tail, tables.head, tables.order[::-1], tables.kind
     P, X_regr, again = tables.states.shape[1], tables.X_regr, not tables.one_pass
     known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
     travel, arcs, ends = np.empty(len(tables.goal)), arcs_of(tables), ends_of(tables)
+    costs = np.empty(tables.states.shape[0])
     for m in range(sets.shape[0]):
         rows, memo, best = sets[m], NOTHING, np.inf
-        travel[:] = np.inf
+        travel[:], costs[:] = np.inf, -1.0
         travel[c], k, at, falling = 0.0, 0, c, False
         while True:
             if at >= 0:  # reached at less cost than before: it may end here, or go on from a hub
@@ -139,7 +140,11 @@ def lane_keys(
             k += 1
             here = travel[tail[a]]
             if here < best and here < travel[head[a]]:  # else no cost of the arc matters
-                cost, memo = arc_cost(rows, a, known, 0, arcs, cuts, z, factors, memo, True)
+                if costs[kind[a]] < 0.0:
+                    costs[kind[a]], memo = arc_cost(
+                        rows, kind[a], known, 0, arcs, cuts, z, factors, memo, True
+                    )
+                cost = costs[kind[a]]
                 if here + cost < best and here + cost < travel[head[a]]:
                     at = head[a]
                     travel[at], falling = here + cost, again
@@ -163,12 +168,12 @@ def hub_rows(
         table: output (choices, V).
     """
     order, tails, heads, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    P = tables.states.shape[1]
+    kind, P, costs = tables.kind, tables.states.shape[1], np.empty(tables.states.shape[0])
     known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
     full, arcs, ends = rows.copy(), arcs_of(tables), ends_of(tables)
     for index in which:
         full[slot] = choices[index]
-        d, memo, falling = table[index], NOTHING, True
+        d, memo, falling, costs[:] = table[index], NOTHING, True, -1.0
         for c in range(len(d)):
             d[c] = 0.0 if ends_at(full, c, ends) else np.inf
         while falling:
@@ -177,6 +182,9 @@ def hub_rows(
                 a = order[k]
                 head, tail = heads[a], tails[a]
                 if d[head] < d[tail]:  # else no cost of the arc matters
-                    cost, memo = arc_cost(full, a, known, 0, arcs, cuts, z, factors, memo, True)
-                    if d[head] + cost < d[tail]:
-                        d[tail], falling = d[head] + cost, again
+                    if costs[kind[a]] < 0.0:
+                        costs[kind[a]], memo = arc_cost(
+                            full, kind[a], known, 0, arcs, cuts, z, factors, memo, True
+                        )
+                    if d[head] + costs[kind[a]] < d[tail]:
+                        d[tail], falling = d[head] + costs[kind[a]], again

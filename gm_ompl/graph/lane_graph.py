@@ -16,9 +16,9 @@ from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import lane_table
 from gm_ompl.holds.bounds import refresh
-from gm_ompl.holds.known import FAILED, UNDECIDED, WORTH_A_THREAD, Known, at_once
+from gm_ompl.holds.known import FAILED, UNDECIDED, Known, at_once
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
-from gm_ompl.holds.tables import UNASKED
+from gm_ompl.holds.tables import UNASKED, WORTH_A_THREAD
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
@@ -259,17 +259,17 @@ class LaneGraph:
         Returns:
             Whether all hold; else the lane's bounds have changed.
         """
-        arcs, states = np.array(way, dtype=np.int64), self.tables.states
-        if (states[arcs] == UNASKED).any():
+        kinds, states = self.tables.kind[list(way)], self.tables.states
+        if (states[kinds] == UNASKED).any():
             self._states_asked += sum(self._table.ask(a) > 0 for a in way)
             self._backend.pool.reserve(1 + int(states.max()))
-        at, parts = np.nonzero(np.isinf(lane.known[arcs]))
+        at, parts = np.nonzero(np.isinf(lane.known[kinds]))
         # Smallest bound first; among equals from the far end, where paths tend to fail.
-        order = np.lexsort((-at, lane.z[arcs[at], parts]))
+        order = np.lexsort((-at, lane.z[kinds[at], parts]))
         holds = True
-        for a, j in zip(arcs[at[order]].tolist(), parts[order].tolist(), strict=True):
-            if np.isinf(lane.known[a, j]):
-                state = int(states[a, j])
+        for k, j in zip(kinds[at[order]].tolist(), parts[order].tolist(), strict=True):
+            if np.isinf(lane.known[k, j]):
+                state = int(states[k, j])
                 margin = self._known.decide(lane.placements, state)
                 lane.known[states == state] = margin
                 if margin == FAILED:

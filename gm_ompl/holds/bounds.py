@@ -56,16 +56,16 @@ def ends_of(tables: Tables) -> Ends:
 
 @inlined
 def arc_cost(
-    rows: IntArray, a: int, known: Array, at: int, arcs: Arcs, cuts: CutTables, z: Array,
+    rows: IntArray, kind: int, known: Array, at: int, arcs: Arcs, cuts: CutTables, z: Array,
     factors: Array, memo: Memo, weigh: bool,
 ) -> tuple[float, Memo]:  # fmt: skip
-    """Return a lower bound on Eq. (9) for an arc; +inf where it cannot hold.
+    """Return a lower bound on Eq. (9) for arcs of a kind; +inf where they cannot hold.
 
     Args:
         rows: (n,), a set's placements.
-        a: the arc.
+        kind: of the arcs.
         known: (.., P), decided margins, +inf where undecided.
-        at: the arc's row in ``known`` and ``z``.
+        at: the kind's row in ``known`` and ``z``.
         arcs: of the tables.
         cuts: the cuts.
         z: output (.., P), upper bounds on the margins: what is known, else the least of the
@@ -76,15 +76,15 @@ def arc_cost(
     """
     like, free, states, lengths, z_min, X_stab = arcs
     before, bound, margin, factor = memo
-    P, row = states.shape[1], like[a]
+    P, row = states.shape[1], like[kind]
     most, holds = 0.0, True
     for k in range(len(rows)):
         holds = holds and free[k, rows[k], row]
     for j in range(P):
         if not holds:
             break
-        if states[a, j] != before:
-            before, bound = states[a, j], np.inf
+        if states[kind, j] != before:
+            before, bound = states[kind, j], np.inf
             if 0 <= before < len(cuts.counts):
                 bound = state_bound(before, rows, cuts)
         least = min(bound, known[at, j])
@@ -117,14 +117,14 @@ def ends_at(rows: IntArray, c: int, ends: Ends) -> bool:
 
 @inlined
 def relax(d: Array, costs: Array, tables: Tables) -> None:
-    """Lower d (V,) to the least cost to go, by arcs of these costs (A,)."""
+    """Lower d (V,) to the least cost to go, by arcs whose kinds cost this (K,)."""
     order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    falling = True
+    kind, falling = tables.kind, True
     while falling:
         falling = False
         for k in range(len(order)):
             a = order[k]
-            through = d[head[a]] + costs[a]
+            through = d[head[a]] + costs[kind[a]]
             if through < d[tail[a]]:
                 d[tail[a]], falling = through, again
 
@@ -140,15 +140,15 @@ def refresh(
         rows: (n,), its placements.
         tables: the tables.
         cuts: the cuts.
-        known: (A, P), decided margins, +inf where undecided.
-        z: output (A, P), upper bounds on the margins of arcs that may hold.
-        costs: output (A,), lower bounds on Eq. (9).
+        known: (K, P), decided margins, +inf where undecided.
+        z: output (K, P), upper bounds on the margins of arcs that may hold.
+        costs: output (K,), lower bounds on Eq. (9).
         d: output (V,), lower bounds on the cost to the goal without regrasping.
     """
     factors, memo = np.empty(tables.states.shape[1]), NOTHING
     arcs, ends = arcs_of(tables), ends_of(tables)
-    for a in range(len(costs)):
-        costs[a], memo = arc_cost(rows, a, known, a, arcs, cuts, z, factors, memo, True)
+    for k in range(len(costs)):
+        costs[k], memo = arc_cost(rows, k, known, k, arcs, cuts, z, factors, memo, True)
     for c in range(len(d)):
         d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
     relax(d, costs, tables)
@@ -166,8 +166,8 @@ def refresh_many(
         tables: the tables.
         cuts: the cuts.
         places: (L,), where a set's decided margins stand in ``known``; 0 is all undecided.
-        known: (K, A, P), decided margins.
-        costs: output (L, A), see ``refresh``.
+        known: (.., K, P), decided margins.
+        costs: output (L, K), see ``refresh``.
         d: output (L, V), see ``refresh``.
     """
     z = np.empty(tables.states.shape)
@@ -195,8 +195,8 @@ def reaches(
     for m in range(sets.shape[0]):
         rows, k, memo = sets[m], first, NOTHING
         while k != reach[m]:
-            arc = k if step > 0 else k - 1
-            cost, memo = arc_cost(rows, arc, known, 0, arcs, cuts, z, factors, memo, False)
+            kind = tables.kind[k if step > 0 else k - 1]
+            cost, memo = arc_cost(rows, kind, known, 0, arcs, cuts, z, factors, memo, False)
             if cost == np.inf:
                 break
             k += step

@@ -14,15 +14,12 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.bounds import refresh_many
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.tables import ArcTable, Tables
+from gm_ompl.holds.tables import WORTH_A_THREAD, ArcTable, Tables
 from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 
 FAILED: Final = -1.0
 """Stands for a margin that is known to be below z_min."""
-
-WORTH_A_THREAD: Final = 500
-"""Sets whose bounds take longer than it takes to start a thread."""
 
 UNDECIDED: Final = -1
 """Of a rest: neither 1, it holds, nor 0, it does not."""
@@ -79,7 +76,7 @@ class Known:
         return 0 if self._pool is None else self._pool.version
 
     def margins(self, placements: Placements) -> Array:
-        """Return the margins of a set (A, P), over the kernel's unit of force.
+        """Return the margins of a set (K, P), over the kernel's unit of force.
 
         They are +inf where undecided, FAILED where below z_min.
         """
@@ -121,7 +118,7 @@ class Known:
         return bool(known[node])
 
     def bounds(self, sets: IntArray) -> tuple[Array, Array]:
-        """Return for sets (L, n) lower bounds on Eq. (9) (L, A), and on the cost to go (L, V)."""
+        """Return for sets (L, n) lower bounds on Eq. (9) (L, K), and on the cost to go (L, V)."""
         tables = self.table.measured
         found = [np.full(tables.states.shape, np.inf)]
         places = np.zeros(len(sets), dtype=np.int64)
@@ -131,7 +128,7 @@ class Known:
                 places[i] = len(found)
                 found.append(margins)
         known, cuts = np.array(found), self.cuts
-        costs = np.empty((len(sets), len(tables.tail)))
+        costs = np.empty((len(sets), len(tables.states)))
         d = np.empty((len(sets), len(tables.goal)))
 
         def work(part: slice) -> None:

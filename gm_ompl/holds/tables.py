@@ -10,6 +10,8 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge, NodeGeometry
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
@@ -23,6 +25,12 @@ NODE_BYTES, NUMBERS = 7000.0, 4.5
 """What the object's arcs at a node take, and how many numbers per node, finger and placement are
 held beside the lengths of an arc: measured."""
 
+ARCS_AT_ONCE: Final = 5_000_000
+"""Arcs settled between two looks at the limits in force, about: some tenths of a second."""
+
+WORTH_A_THREAD: Final = 500
+"""Sets whose bounds take longer than it takes to start a thread."""
+
 UNASKED: Final = -1
 """Stands for a contact state that was not asked for yet: nothing bounds z there."""
 
@@ -30,16 +38,18 @@ UNASKED: Final = -1
 class Tables(NamedTuple):
     """The tables as compiled code reads them.
 
-    The object's nodes are numbered 0..V - 1, its arcs 0..A - 1. An arc has at most P segments; one
-    that has fewer repeats the last one's contact state, with no length.
+    The object's nodes are numbered 0..V - 1, its arcs 0..A - 1, and their kinds 0..K - 1: arcs of
+    one kind differ in nothing that concerns the hand. An arc has at most P segments; one that has
+    fewer repeats the last one's contact state, with no length.
 
     Attributes:
         tail: (A,), the node where each arc begins.
         head: (A,), and where it ends.
-        like: (A,), its row in ``free`` and ``lengths``: an arc and its way back share one.
+        kind: (A,), of each arc.
+        like: (K,), a kind's row in ``free`` and ``lengths``: an arc and its way back share one.
         order: (A,), the arcs such that costs to the goal settle soon, each arc after those ahead.
         one_pass: whether they settle in one pass, as on a row of nodes.
-        states: (A, P), contact states of the segments, UNASKED where no search has come yet.
+        states: (K, P), contact states of the segments, UNASKED where no search has come yet.
         free: (n, placements, rows), whether object and fingertip are free along the arc.
         lengths: (n, placements, rows, P), chords |dq_finger i,j| of Eq. (9).
         node_free: (n, placements, V), whether they are free at the nodes.
@@ -54,6 +64,7 @@ class Tables(NamedTuple):
 
     tail: IntArray
     head: IntArray
+    kind: IntArray
     like: IntArray
     order: IntArray
     one_pass: bool
@@ -68,6 +79,24 @@ class Tables(NamedTuple):
     z_min: float
     X_stab: float
     X_regr: float
+
+
+@compiled
+def settle(cost: Array, tables: Tables, ahead: Array) -> None:
+    """Write the least costs to a goal node (m, V), by arcs whose rows cost this (m, rows)."""
+    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
+    kind, like = tables.kind, tables.like
+    for i in range(cost.shape[0]):
+        d, falling = ahead[i], True
+        for c in range(len(d)):
+            d[c] = 0.0 if tables.goal[c] else np.inf
+        while falling:
+            falling = False
+            for k in range(len(order)):
+                a = order[k]
+                through = d[head[a]] + cost[i, like[kind[a]]]
+                if through < d[tail[a]]:
+                    d[tail[a]], falling = through, again
 
 
 class Frame(NamedTuple):
@@ -129,7 +158,10 @@ class ArcTable:
         claim_tables(problem, len(frame.poses), "the way")
         scale = backend.scale if isinstance(backend, KernelBackend) else 1.0
         head = np.array([arc.head for arc in frame.arcs], dtype=np.int64)
-        self._rows, like = _rows(frame.arcs)
+        self._firsts, kind = _kinds(frame.arcs)
+        # An arc for each row, and each kind's row.
+        rows, like = _rows([frame.arcs[a] for a in self._firsts])
+        self._rows = [self._firsts[k] for k in rows]
         nodes = [judge.node(pose) for pose in watched(frame.poses, stop)]
         along = [judge.along(frame.arcs[a].arc) for a in watched(self._rows, stop)]
         self.object_free = all(place.object_free for place in nodes + along)
@@ -140,10 +172,11 @@ class ArcTable:
         self.tables = Tables(
             tail=frame.tail,
             head=head,
+            kind=kind,
             like=like,
             order=frame.order,
             one_pass=frame.one_pass,
-            states=np.full((len(frame.arcs), P), UNASKED),
+            states=np.full((len(like), P), UNASKED),
             free=free,
             lengths=np.empty((hand.count, len(hand.placements), 0, P)),
             node_free=node_free,
@@ -186,39 +219,40 @@ class ArcTable:
         # regrasps again may change.
         shortest = np.where(self.tables.free, travel, np.inf).min(axis=1, initial=np.inf)
         least = self._ahead(shortest.max(axis=0, initial=0.0))
+        if not self.tables.one_pass:  # nearest the goal first: little is settled twice
+            order = np.argsort(least[self.tables.head], kind="stable")
+            self.tables = self.tables._replace(order=order)
         ahead = self._ahead(np.where(self.tables.free, travel, np.inf))
         return self.tables._replace(lengths=lengths, ahead=ahead, least=least)
 
     def _ahead(self, cost: Array) -> Array:
         """Return (.., V): least cost to a goal node by arcs that cost (.., rows)."""
-        tables = self.tables
-        ahead = np.full((*cost.shape[:-1], len(tables.goal)), np.inf)
-        ahead[..., tables.goal] = 0.0
-        falling = True
-        while falling:
-            falling = False
-            for a in tables.order.tolist():
-                limits.check()
-                tail = ahead[..., tables.tail[a]]
-                through = ahead[..., tables.head[a]] + cost[..., tables.like[a]]
-                falling = falling or (not tables.one_pass and bool((through < tail).any()))
-                np.minimum(tail, through, out=tail)
+        ahead = np.empty((*cost.shape[:-1], len(self.tables.goal)))
+        rows, found = cost.reshape(-1, cost.shape[-1]), ahead.reshape(-1, ahead.shape[-1])
+
+        def work(part: slice) -> None:
+            settle(rows[part], self.tables, found[part])
+
+        at_once = max(1, ARCS_AT_ONCE // max(1, len(self.tables.tail)))
+        share_out(work, len(rows), WORTH_A_THREAD, at_once)
         return ahead
 
     def state(self, arc: int, part: int) -> int:
         """Return the contact state of a segment."""
-        known = int(self.tables.states[arc, part])
+        kind = int(self.tables.kind[arc])
+        known = int(self.tables.states[kind, part])
         if known == UNASKED:
-            middles = self._middles.get(arc)
+            middles = self._middles.get(kind)
             if middles is None:
-                middles = self._middles[arc] = self.frame.arcs[arc].middles()
+                middles = self._middles[kind] = self.frame.arcs[self._firsts[kind]].middles()
             known = self._judge.environment(middles[min(part, len(middles) - 1)])
-            self.tables.states[arc, part] = known
+            self.tables.states[kind, part] = known
         return known
 
     def ask(self, arc: int) -> int:
         """Find the contact states of an arc; return how many were not known."""
-        unasked = np.flatnonzero(self.tables.states[arc] == UNASKED).tolist()
+        states = self.tables.states[self.tables.kind[arc]]
+        unasked = np.flatnonzero(states == UNASKED).tolist()
         for part in unasked:
             self.state(arc, part)
         return len(unasked)
@@ -230,6 +264,18 @@ class ArcTable:
             known = self._judge.environment(Moment(self.frame.poses[node]))
             self._rests[node] = known
         return known
+
+
+def _kinds(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:
+    """Return the first arc of each kind, and each arc's kind."""
+    firsts: list[int] = []
+    known: dict[object, int] = {}
+    kinds = np.empty(len(arcs), dtype=np.int64)
+    for a, arc in enumerate(arcs):
+        kinds[a] = known.setdefault(a if arc.kind is None else ("kind", arc.kind), len(firsts))
+        if kinds[a] == len(firsts):
+            firsts.append(a)
+    return firsts, kinds
 
 
 def _rows(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:

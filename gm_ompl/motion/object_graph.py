@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, final
 
@@ -25,11 +25,14 @@ class GraphArc(NamedTuple):
         head: the node it leads to.
         arc: the object's motion.
         parts: in how many segments it is judged.
+        kind: equal for arcs that are the same but for where on the floor they begin, nothing else
+            being near; None where nothing is said.
     """
 
     head: int
     arc: Arc
     parts: int
+    kind: Hashable = None
 
     def middles(self) -> tuple[Moment, ...]:
         """Return the instants at which the segments are judged."""

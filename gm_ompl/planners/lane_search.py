@@ -136,7 +136,8 @@ class LaneSearch:
             if f == math.inf:
                 break
             self.bound = max(self.bound, min(f, self.cost))
-            if f >= self.cost:
+            if f >= self.cost * (1.0 - SAME):
+                self.bound = self.cost
                 return Status.SOLVED
             if self._log.meter.spent(self.expanded):
                 return Status.BUDGET
@@ -218,7 +219,8 @@ class LaneSearch:
         """Judge the lane to the goal; a plan is found where it holds."""
         way = self._graph.way(lane, entry.config)
         if self._graph.judge_arcs(lane, way):
-            total = entry.g + float(lane.d[entry.config])
+            # Not the lane's bound: judged, the way may cost more than another one there.
+            total = entry.g + math.fsum(lane.costs[self._graph.tables.kind[list(way)]])
             if total < self.cost:
                 self.cost, self._best = total, (entry, way)
         cost, _, _ = self._graph.target(lane, entry.config, entry.g)
@@ -228,7 +230,7 @@ class LaneSearch:
         """Judge the way to a hub and on, least likely first; the hub is reached where it holds."""
         graph, way = self._graph, self._graph.way(lane, entry.config, node)
         if graph.judge_rest(hub, node) and self._goes_on(hub, node) and graph.judge_arcs(lane, way):
-            through = graph.tables.X_regr + math.fsum(lane.costs[list(way)])
+            through = graph.tables.X_regr + math.fsum(lane.costs[graph.tables.kind[list(way)]])
             self._reach(hub, node, entry.g + through, entry, way)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)

@@ -41,10 +41,10 @@ from gm_ompl.problem import Problem
 
 
 def has_lanes(problem: Problem, judge: Judge) -> bool:
-    """Whether the search over lanes applies: one coordinate, and a back end that leaves cuts."""
+    """Whether the search over lanes applies: a path or free motion, and cuts from the back end."""
     return (
-        problem.motion.dimension == 1
-        and problem.motion.periods[0] is None
+        problem.motion.dimension < 2
+        and problem.motion.periods in ((), (None,))
         and problem.fingers.count > 0
         and isinstance(judge.backend, KernelBackend)
     )

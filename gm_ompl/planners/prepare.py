@@ -21,7 +21,7 @@ from gm_ompl.contact.decision import ControlMode
 from gm_ompl.cores import cores
 from gm_ompl.graph import hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
-from gm_ompl.holds.tables import Tables
+from gm_ompl.holds.tables import Tables, settle
 from gm_ompl.mechanics import (
     certificate,
     equilibrium,
@@ -150,6 +150,7 @@ def _tables(pool: CutPool) -> tuple[Tables, CutTables]:
     tables = Tables(
         tail=none[0],
         head=none[0] + 1,
+        kind=none[0],
         like=none[0],
         order=none[0],
         one_pass=True,
@@ -175,6 +176,7 @@ def lanes() -> None:
     pool.bound(0, rows)
     tables, cuts = _tables(pool)
     none, z, costs, d, V = rows[None], np.ones((1, 1)), np.ones(1), np.ones(2), np.ones((1, 2))
+    settle(z, tables, V.copy())
     bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
     lane_bounds.lane_keys(none, none, V, 0, tables, cuts, np.empty(1))
     lane_bounds.hub_defaults(rows, tables, V)

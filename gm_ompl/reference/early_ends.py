@@ -31,6 +31,11 @@ ZOOM, ROUNDS = 32, 10
 """Parts of a stretch that is looked at closer, and how often."""
 CLOSED = 1e-13
 """Gap, relative to D and the distance from the origin, that rounding leaves of none."""
+TOUCH = 1e-9
+"""Gap, relative to D, from which on pieces that were apart touch."""
+AHEAD, AHEAD_PARTS, STAYS = 2e-3, 2048, 1e-4
+"""How far ahead, in t, a closing gap is followed, in how many parts; for how long one that grazes
+stays as near."""
 PROBE = 1e-9
 """Depths, relative to D, at this and at twice this, tell where a contact begins to sink."""
 FLAT = 1e-9
@@ -95,7 +100,8 @@ class EarlyEnds:
         """Return the t at which one pair of pieces ends the motion; 1 where it does not."""
         widths = gap(times)
         if widths[0] > self._touching:
-            return _first_below(gap, times, widths, rounding, between)
+            near = _first_below(gap, times, widths, max(rounding, TOUCH * self._D), between)
+            return near if near in (0.0, 1.0) else _closes(gap, near, rounding)
         sunk = _first_below(gap, times, widths, -self._touching, between)
         return sunk if sunk in (0.0, 1.0) else self._begins_to_sink(gap, times, widths, sunk)
 
@@ -134,6 +140,27 @@ def _first_below(gap: Gap, times: Array, widths: Array, level: float, between: f
             if lowest is not None:
                 return _first(gap, level, (stretch[0], lowest))
     return 1.0
+
+
+def _closes(gap: Gap, near: float, rounding: float) -> float:
+    """Return where a gap that is nearly closed at ``near`` is closed, or as near as it comes."""
+    times = near + np.linspace(0.0, AHEAD, AHEAD_PARTS + 1)  # beyond 1 the motion goes on
+    widths = gap(times)
+    below = np.flatnonzero(widths <= 0.0)
+    if len(below):
+        k = int(below[0])
+        return near if k == 0 else min(1.0, _first(gap, 0.0, (times[k - 1], times[k])))
+    k = int(widths.argmin())
+    stretch = float(times[max(k - 1, 0)]), float(times[min(k + 1, AHEAD_PARTS)])
+    for _ in range(3):  # finer than that, a lowest point is rounding
+        around = np.linspace(*stretch, ZOOM + 1)
+        m = int(gap(around).argmin())
+        stretch = float(around[max(m - 1, 0)]), float(around[min(m + 1, ZOOM)])
+    lowest = float(gap(np.array([sum(stretch) / 2.0]))[0]) + rounding
+    closed = np.flatnonzero(widths <= lowest)
+    if len(closed) > 1 and times[closed[-1]] - times[closed[0]] > STAYS:
+        return min(1.0, float(times[closed[0]]))  # it stays as near as it came
+    return min(1.0, sum(stretch) / 2.0)
 
 
 def _first(gap: Gap, level: float, stretch: Stretch) -> float:

@@ -14,11 +14,13 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.hulls import whole_hull
 from gm_ompl.geometry.solids import Body, at_centre_of_mass, mass_properties, moved, shifted
 from gm_ompl.motion.arc import Motion
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.path import path_lattice
 from gm_ompl.motion.planar import PlanarMotion, planar_lattice
 from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
 from gm_ompl.scenario.document import Document, Path
+from gm_ompl.scenario.free import make_free
 from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
@@ -62,7 +64,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
     environment = _environment(model, obstacles)
     _check_thickness(body, environment, notes)
     ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
-    moving = make_motion(model.motion, ground, notes)
+    moving = (make_motion if model.motion.free is None else make_free)(model, ground, notes)
     fingers = make_fingers(model, body, notes)
     notes.stop()
     assert moving is not None
@@ -154,10 +156,11 @@ def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None
 
 
 def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
+    if isinstance(motion, FreeMotion):
+        return Lattice((), ())
     if isinstance(motion, PlanarMotion):
-        steps = model.lattice.steps
-        assert steps is not None
-        return planar_lattice(motion, (steps.x, steps.y, steps.yaw))
+        assert model.lattice.steps is not None
+        return planar_lattice(motion, tuple(model.lattice.steps.given.values()))
     segments = model.lattice.segments
     assert segments is not None
     assert model.motion.path is not None
@@ -182,11 +185,12 @@ def _check_size(model: ScenarioModel, lattice: Lattice, fingers: Fingers, notes:
 
 def _check_poses(problem: Problem, notes: Notes) -> None:
     """Note what the object penetrates at the start and, where the goal is one pose, there."""
-    whole_goal = problem.goal.low == problem.goal.high and None not in problem.goal.low
+    goal = problem.goal
+    whole_goal = goal.low == goal.high and None not in goal.low and goal.low
     ends: list[tuple[str, Path, Coordinates]] = [("start", ("motion", "start"), problem.start)]
     if whole_goal:
         path: Path = ("motion", "path" if problem.motion.dimension == 1 else "goal")
-        ends.append(("goal", path, tuple(float(v or 0.0) for v in problem.goal.low)))
+        ends.append(("goal", path, tuple(float(v or 0.0) for v in goal.low)))
     touching = problem.environment.contact_tolerance
     parts: list[tuple[str, Scene]] = [
         (f"obstacle {obstacle.name!r}", Scene(problem.body, [obstacle.body], False, touching))

@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import BoxModel, MeshUse
+from gm_ompl.scenario.free_checks import free_findings, free_lattice_findings
 from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
 
@@ -254,6 +255,8 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"object", "fingers", "gravity"}, _strength),
     ({"environment"}, _environment),
     ({"motion"}, motion_findings),
+    ({"motion"}, free_findings),
     ({"motion", "lattice"}, lattice_findings),
+    ({"motion", "lattice"}, free_lattice_findings),
     ({"expect"}, _expect),
 )

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from gm_ompl.scenario.document import dump
+from gm_ompl.scenario.free_families import free, free_clutter
 from gm_ompl.scenario.model import FORMAT
 from gm_ompl.scenario.small import Draw, rounded, small
 
@@ -41,7 +42,8 @@ def _scaled(tree: Tree, draw: Draw) -> Tree:
     mass = draw.pick((0.001, 0.1, 1.0, 100.0))
     factors = {
         "box": length, "min": length, "max": length, "position": length, "by": length,
-        "x": length, "y": length, "radius": length, "regrasp": length,
+        "x": length, "y": length, "z": length, "translation": length, "radius": length,
+        "regrasp": length,
         "mass": mass, "gravity": length,
         "max_normal_force": mass * length, "z_min": mass * length, "stability": mass * length,
     }  # fmt: skip
@@ -249,4 +251,6 @@ FAMILIES: dict[str, Callable[[Draw], Tree]] = {
     "chain": _along("Slide, tumble, slide.", (0.6, 2.5), "slide", "tumble", "slide"),
     "planar": planar,
     "small": small,
+    "free": free,
+    "free-clutter": free_clutter,
 }

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 ANGLE = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg|rad)\s*", re.ASCII)
 
-TAGS = frozenset({"<word>", "<other>", "<one>", "<many>", "<pose>", "<region>"})
+TAGS = frozenset({"<word>", "<other>", "<one>", "<many>", "<angle>", "<pose>", "<region>"})
 """How the kinds of a value that may be of several kinds are told apart."""
 
 W = TypeVar("W")
@@ -126,14 +126,12 @@ def _rest(value: object) -> object:
 Place: TypeAlias = WordOr[Annotated[Literal["rest"], BeforeValidator(_rest)], Number]
 
 
-class PoseModel(Strict):
-    """Position of the centre of mass, and how the object is turned."""
+class Located(Strict):
+    """Position of the centre of mass."""
 
     position: Annotated[tuple[Place, ...], Field(min_length=3, max_length=3)] = Field(
         description="x, y and z; instead of z rest: lowered until it touches"
     )
-    yaw: Angle = 0.0
-    rotation: RotationModel | None = None
 
     @property
     def xy(self) -> tuple[float, float]:
@@ -148,20 +146,11 @@ class PoseModel(Strict):
         return None if isinstance(z, str) else z
 
 
-class RegionModel(Strict):
-    """A planar goal region."""
+class PoseModel(Located):
+    """Position of the centre of mass, and how the object is turned."""
 
-    x: Interval
-    y: Interval
-    yaw: WordOr[Literal["any"], AngleInterval] = "any"
-
-
-def pose_or_region(value: object) -> str:
-    """Tell by the keys; pydantic asks for values already made, too."""
-    if isinstance(value, RegionModel):
-        return "<region>"
-    keys = set(value) if isinstance(value, dict) else set()
-    return "<region>" if keys & {"x", "y"} and "position" not in keys else "<pose>"
+    yaw: Angle = 0.0
+    rotation: RotationModel | None = None
 
 
 class BoxModel(Strict):

@@ -39,6 +39,8 @@ EXAMPLES = {
     "max": "max: [-3, 100, 100]",
     "x": "x: [-2, 20]",
     "y": "y: [-10, 10]",
+    "z": "z: [0, 10]",
+    "region": "region: {x: [-2, 20], y: [-10, 10], z: [0, 10]}",
     "yaw": "yaw: [-180 deg, 180 deg]",
     "face": "face: -x",
     "cell": "cell: [3, 2]",
@@ -127,6 +129,8 @@ def _at(bound: str, count: int) -> str:
 def unknown_key(path: Path) -> str:
     """Return what is wrong with the key at ``path``, which the format does not have."""
     valid = keys_at(path[:-1])
+    if path[-1] in valid:  # of another of several kinds of mapping
+        return "does not go with the other keys here; leave out it or them"
     return f"unknown key{did_you_mean(str(path[-1]), valid)} (keys here: {', '.join(valid)})"
 
 

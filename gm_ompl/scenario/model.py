@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.scenario.fields import (
@@ -24,7 +24,6 @@ from gm_ompl.scenario.fields import (
     OneOrMany,
     PoseModel,
     Positive,
-    RegionModel,
     RotationModel,
     Shape,
     Strict,
@@ -32,8 +31,8 @@ from gm_ompl.scenario.fields import (
     Vector,
     Whole,
     WordOr,
-    pose_or_region,
 )
+from gm_ompl.scenario.goals import AnyGoal, FreeModel
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -139,26 +138,29 @@ class PlanarModel(Strict):
 
 
 class MotionModel(Strict):
-    """Start, and a path or planar degrees of freedom."""
+    """Start, and a path, planar degrees of freedom or free motion."""
 
     start: PoseModel
     path: Annotated[tuple[PieceModel, ...], Field(min_length=1)] | None = None
     planar: PlanarModel | None = None
-    goal: (
-        Annotated[
-            Annotated[PoseModel, Tag("<pose>")] | Annotated[RegionModel, Tag("<region>")],
-            Discriminator(pose_or_region),
-        ]
-        | None
-    ) = None
+    free: FreeModel | None = None
+    goal: AnyGoal | None = None
 
 
 class StepsModel(Strict):
-    """Lattice steps of a planar motion."""
+    """Lattice steps: ``x``, ``y`` and ``yaw`` of planar motion, the other two of free motion."""
 
-    x: Positive
-    y: Positive
-    yaw: Angle
+    x: Positive | None = None
+    y: Positive | None = None
+    yaw: Angle | None = None
+    translation: Positive | None = None
+    rotation: Angle | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The steps that are given, by their keys; angles in rad."""
+        values = {key: getattr(self, key) for key in type(self).model_fields}
+        return {key: value for key, value in values.items() if value is not None}
 
 
 class LatticeModel(Strict):
@@ -166,6 +168,9 @@ class LatticeModel(Strict):
 
     segments: OneOrMany[Count] | None = None
     steps: StepsModel | None = None
+    depth: Count | None = Field(
+        default=None, description="of free motion: at most so many arcs from the start"
+    )
 
 
 class MechanicsModel(Strict):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from gm_ompl.motion.path import PathMotion, tumble_towards
 from gm_ompl.motion.planar import FULL_TURN, UPRIGHT, PlanarMotion, heading
 from gm_ompl.motion.screw import Piece, Slide
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.fields import REST, PoseModel, RegionModel, RotationModel
+from gm_ompl.scenario.fields import REST, Located, PoseModel, RotationModel
+from gm_ompl.scenario.goals import ANY, GoalModel, RegionModel, turn_of
 from gm_ompl.scenario.messages import Notes
-from gm_ompl.scenario.model import MotionModel
+from gm_ompl.scenario.model import MotionModel, ScenarioModel
 from gm_ompl.scenario.standing import Ground
 
 ROUNDING = 1e-12
@@ -50,9 +51,12 @@ def rotation_matrix(rotation: RotationModel) -> Array:
 
 def start_rotation(start: PoseModel) -> Array:
     """Return how the object is turned at the start, (3, 3), object to world."""
-    if start.rotation is None:
-        return rotation_about(UP, start.yaw)
-    return rotation_matrix(start.rotation)
+    return turned(start.rotation, start.yaw)
+
+
+def turned(rotation: RotationModel | None, yaw: float) -> Array:
+    """Return ``rotation`` as a matrix (3, 3); without one, the turn by ``yaw`` [rad]."""
+    return rotation_about(UP, yaw) if rotation is None else rotation_matrix(rotation)
 
 
 def start_yaw(motion: MotionModel) -> float:
@@ -83,27 +87,28 @@ def attitude_of(rotation: Array, yaw: float) -> Array:
     return UPRIGHT if np.abs(attitude - UPRIGHT).max() <= ROUNDING else attitude
 
 
-def goal_yaw(motion: MotionModel, goal: PoseModel) -> float:
+def goal_yaw(motion: MotionModel, goal: GoalModel) -> float:
     """Return the yaw that a planar motion ends with [rad]."""
-    if goal.rotation is None:
-        return goal.yaw
-    turn = _turn(motion, goal)
+    rotation = turn_of(goal)
+    if rotation is None:
+        return goal.yaw or 0.0
+    turn = _turn(motion, rotation)
     return _in_range(start_yaw(motion) + math.atan2(turn[1, 0], turn[0, 0]), motion)
 
 
-def goal_tilt(motion: MotionModel, goal: PoseModel) -> float:
+def goal_tilt(motion: MotionModel, goal: GoalModel) -> float:
     """Return by what angle the goal is tilted against the start [rad]; 0: yaw alone differs."""
-    if goal.rotation is None:
+    rotation = turn_of(goal)
+    if rotation is None:
         return 0.0
-    up = _turn(motion, goal)[:, 2]
+    up = _turn(motion, rotation)[:, 2]
     tilt = math.atan2(math.hypot(up[0], up[1]), up[2])
     return tilt if tilt > TILTED else 0.0
 
 
-def _turn(motion: MotionModel, goal: PoseModel) -> Array:
+def _turn(motion: MotionModel, goal: RotationModel) -> Array:
     """Return the rotation from start to goal, world frame."""
-    assert goal.rotation is not None
-    turn: Array = rotation_matrix(goal.rotation) @ start_rotation(motion.start).T
+    turn: Array = rotation_matrix(goal) @ start_rotation(motion.start).T
     return turn
 
 
@@ -126,6 +131,8 @@ END = Goal((1.0,), (1.0,), (None,))
 
 HEIGHT: Path = ("position", 2)
 
+AnyLocated = TypeVar("AnyLocated", bound=Located)
+
 
 class Moving(NamedTuple):
     """How the object moves.
@@ -143,29 +150,35 @@ class Moving(NamedTuple):
     model: MotionModel
 
 
-def make_motion(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
+def make_motion(scenario: ScenarioModel, ground: Ground, notes: Notes) -> Moving | None:
     """Return the motion, or None after noting what is wrong with it."""
-    model = _with_height(model, "start", ground, notes)
-    if model.start.height is None:
+    model = scenario.motion
+    start = with_height(model.start, start_rotation(model.start), "start", ground, notes)
+    if start.height is None:
         return None
+    model = model.model_copy(update={"start": start})
     if model.planar is not None:
         return _planar(model, ground, notes)
     return _path(model, ground, notes)
 
 
-def _with_height(model: MotionModel, key: str, ground: Ground, notes: Notes) -> MotionModel:
-    """Return ``model`` with the height of its start or goal, where that was to be found."""
-    part: PoseModel = getattr(model, key)
+def with_height(
+    part: AnyLocated, rotation: Array, key: str, ground: Ground, notes: Notes
+) -> AnyLocated:
+    """Return a start or goal with its height, where that was to be found.
+
+    Args:
+        part: the start or goal.
+        rotation: (3, 3), how the object is turned there, object to world.
+        key: which of the two it is.
+        ground: what the object can stand on.
+        notes: grows where there is nothing below.
+    """
     if part.height is not None:
-        return model
-    rotation = start_rotation(model.start)
-    if part is not model.start:
-        turn = rotation_about(UP, goal_yaw(model, part) - start_yaw(model))
-        rotation = turn @ rotation
+        return part
     path = ("motion", key, *HEIGHT)
     z = notes.attempt(path, lambda: ground.height(rotation, part.xy))
-    found = part if z is None else part.model_copy(update={"position": (*part.xy, z)})
-    return model.model_copy(update={key: found})
+    return part if z is None else part.model_copy(update={"position": (*part.xy, z)})
 
 
 def _path(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
@@ -211,19 +224,24 @@ def _planar(model: MotionModel, ground: Ground, notes: Notes) -> Moving | None:
     ground.look("start", ("motion", "start"), first)
     start = motion.wrap((x, y, yaw))
     last = model.goal
-    assert last is not None
     if isinstance(last, RegionModel):
-        return Moving(motion, start, _region(last, motion), model)
-    model = _with_height(model, "goal", ground, notes)
-    assert isinstance(model.goal, PoseModel)
-    _level(model.goal, last, motion.height, ground, notes)
-    point = motion.wrap((*last.xy, goal_yaw(model, last)))
+        filled = last.model_copy(update={"yaw": ANY if last.yaw is None else last.yaw})
+        model = model.model_copy(update={"goal": filled})
+        return Moving(motion, start, _region(filled, motion), model)
+    assert last is not None
+    yaw = goal_yaw(model, last)
+    rotation = rotation_about(UP, yaw - start_yaw(model)) @ start_rotation(model.start)
+    found = with_height(last, rotation, "goal", ground, notes)
+    _level(found, last, motion.height, ground, notes)
+    point = motion.wrap((*last.xy, yaw))
     if not ground.warnings:
         ground.look("goal", ("motion", "goal"), motion.pose(point))
+    found = found.model_copy(update={"yaw": last.yaw or 0.0})
+    model = model.model_copy(update={"goal": found})
     return Moving(motion, start, Goal(point, point, motion.periods), model)
 
 
-def _level(goal: PoseModel, given: PoseModel, height: float, ground: Ground, notes: Notes) -> None:
+def _level(goal: GoalModel, given: GoalModel, height: float, ground: Ground, notes: Notes) -> None:
     """Note a goal that is not as high as the start."""
     z = goal.height
     if z is None or abs(z - height) <= ground.environment.contact_tolerance * ground.body.diagonal:
@@ -238,8 +256,10 @@ def _level(goal: PoseModel, given: PoseModel, height: float, ground: Ground, not
 
 
 def _region(last: RegionModel, motion: PlanarMotion) -> Goal:
+    assert last.x is not None
+    assert last.y is not None
     low: list[float | None] = [last.x[0], last.y[0], None]
     high: list[float | None] = [last.x[1], last.y[1], None]
-    if not isinstance(last.yaw, str) and last.yaw[1] - last.yaw[0] < FULL_TURN * (1 - 1e-9):
+    if isinstance(last.yaw, tuple) and last.yaw[1] - last.yaw[0] < FULL_TURN * (1 - 1e-9):
         low[2], high[2] = last.yaw
     return Goal(tuple(low), tuple(high), motion.periods)

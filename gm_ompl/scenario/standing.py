@@ -58,8 +58,15 @@ class Ground:
         """Return ``pose`` with the contacts that it has within the tolerance made exact."""
         return projected(self.body, self.environment, pose, self.spread, ways)
 
-    def look(self, name: str, path: Path, pose: Pose) -> None:
-        """Keep a warning where the object at ``pose`` floats, or touches nothing."""
+    def look(self, name: str, path: Path, pose: Pose, held: bool = False) -> None:
+        """Keep a warning where the object at ``pose`` floats, or touches nothing.
+
+        Args:
+            name: what is looked at, "start" or "goal".
+            path: where it stands in the scenario.
+            pose: where the object is.
+            held: that it touches nothing is no mistake: fingers hold it there.
+        """
         if self.gravity == 0.0:
             return
         D = self.body.diagonal
@@ -75,7 +82,7 @@ class Ground:
                 f"{under.name}; did you mean rest (here z = {stood:.9g})?"
             )
             self._warn(text, path, "floats", drop)
-        elif not len(touching.points):
+        elif not held and not len(touching.points):
             self._alone(name, path, pose)
 
     def _alone(self, name: str, path: Path, pose: Pose) -> None:

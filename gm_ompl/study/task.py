@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import gm_ompl
 from gm_ompl import limits
 from gm_ompl.planners.planner import Progress
+from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
 
 Json: TypeAlias = dict[str, Any]
@@ -101,7 +102,7 @@ def carry_out(task: Task) -> dict[str, Any]:
         scenario, task.planner, time_limit=asked.time_s, max_iterations=asked.max_iterations,
         memory_limit=asked.memory_mb, seed=task.seed, parameters=task.parameters, report=watch,
     )  # fmt: skip
-    spent, fingers = plan.statistics, scenario.problem.fingers
+    spent = plan.statistics
     times = [time for time, cost, _ in spent.history if cost is not None]
     decided = first[0].mode_decisions if first else spent.mode_decisions
     same = ("status", "cost", "optimal", "lower_bound", "regrasps", "least_z")
@@ -111,8 +112,15 @@ def carry_out(task: Task) -> dict[str, Any]:
         "search_s": spent.time_s,
         "mode_decisions": spent.mode_decisions,
         "first_plan_decisions": None if plan.cost is None else decided,
-        # nodes times one placement for each finger
-        "states": float(scenario.problem.lattice.size) * len(fingers.placements) ** fingers.count,
+        "states": _states(scenario.problem),
         "iterations": spent.expanded,
         "history": [list(entry) for entry in spent.history],
     }
+
+
+def _states(problem: Problem) -> float | None:
+    """Return nodes times one placement for each finger; None where nodes are made on demand."""
+    if not problem.lattice.axes:
+        return None
+    fingers = problem.fingers
+    return float(problem.lattice.size) * float(len(fingers.placements)) ** fingers.count

@@ -51,13 +51,34 @@ motion:
 lattice: {steps: {x: 0.5, y: 0.5, yaw: 5 deg}}
 """
 
+FREE_TEXT = """\
+format: gm-ompl-scenario/1
+name: test/free
+object:
+  shape: {box: [2, 2, 1]}
+  mass: 1
+friction: {environment: 0.5, finger: 0.7}
+fingers: {count: 2, radius: 0.3, max_normal_force: 10, placements: {grid: [3, 3]}}
+environment:
+  obstacles:
+    step: {box: {min: [3, -2, 0], max: [9, 2, 0.5]}}
+motion:
+  free: {region: {x: [-4, 8], y: [0, 0], z: [0, 4]}, translate: [x, z], rotate: [y]}
+  start: {position: [0, 0, rest]}
+  goal:
+    position: [5, 0, 1.5]
+    rotation: {axis: [0, 1, 0], angle: 90 deg}
+    within: {position: 0.1, rotation: 1 deg}
+lattice: {steps: {translation: 0.5, rotation: 15 deg}}
+"""
+
 LoadChanged = Callable[..., Scenario]
 
 
 @pytest.fixture
 def texts() -> dict[str, str]:
-    """A valid path scenario and a valid planar one."""
-    return {"path": PATH_TEXT, "planar": PLANAR_TEXT}
+    """A valid scenario of each kind of motion."""
+    return {"path": PATH_TEXT, "planar": PLANAR_TEXT, "free": FREE_TEXT}
 
 
 @pytest.fixture

@@ -18,6 +18,12 @@ PLANAR: dict[str, Any] = {
     "start": {"position": [0, 0, 5]},
     "goal": {"position": [12, 6, 5]},
 }
+FREE: dict[str, Any] = {
+    "free": {"region": {"x": [-2, 20], "y": [-10, 10], "z": [0, 12]}},
+    "start": {"position": [0, 0, "rest"]},
+    "goal": {"position": [12, 6, "rest"]},
+}
+FREE_LATTICE: dict[str, Any] = {"steps": {"translation": 1, "rotation": "15 deg"}}
 
 
 def fragments() -> list[tuple[str, str]]:
@@ -44,7 +50,10 @@ def test_each_example_loads_in_the_pages_scenario(heading: str, text: str) -> No
     assert isinstance(part, dict)
     parent = heading.rpartition(".")[0]
     target: Any = tree[parent] if parent else tree
-    if heading == "motion.planar" or "steps" in text:
+    if heading == "motion.free" or "translation" in text:
+        tree["motion"], tree["lattice"] = dict(FREE), dict(FREE_LATTICE)
+        target = tree["motion"] if parent else tree
+    elif heading == "motion.planar" or "steps" in text:
         tree["motion"] = dict(PLANAR)
         tree["lattice"] = {"steps": {"x": 1, "y": 1, "yaw": "30 deg"}}
         target = tree["motion"] if parent else tree
@@ -60,8 +69,6 @@ def test_each_example_loads_in_the_pages_scenario(heading: str, text: str) -> No
         part = part["motion"]
         target = tree["motion"]
     target.update(part)
-    if "goal" in part and "position" in part["goal"]:
-        target["start"] = part["start"]
     assert Scenario.from_resolved(tree, "page").problem.fingers.count == 2
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import hashlib
 import math
 
+import numpy as np
 import pytest
 
+from gm_ompl.contact.environment import environment_contacts
+from gm_ompl.motion.free import FreeMotion, angle_between
 from gm_ompl.scenario.families import FAMILIES, family_yaml
 from gm_ompl.scenario.load import load
 
@@ -35,6 +38,8 @@ RECORDED = {
     "chain": "5764d0b6ad5f20e9",
     "planar": "19c6b695c1f6befe",
     "small": "db50cb4508a2d305",
+    "free": "89d3c2d59892c6b9",
+    "free-clutter": "b3d99e02309cd59f",
 }
 
 
@@ -47,7 +52,10 @@ def test_every_seed_is_valid(family: str) -> None:
         assert load(scenario.name).resolved() == scenario.resolved()
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+FREE = ("free", "free-clutter")
+
+
+@pytest.mark.parametrize("family", [family for family in FAMILIES if family not in FREE])
 def test_start_and_goal_are_lattice_nodes(family: str) -> None:
     """The exact planner can start and end."""
     for seed in SEEDS:
@@ -94,3 +102,45 @@ def test_small_is_small() -> None:
     assert counts == {1, 2, 3}
     assert given > 5
     assert unequal > 5
+
+
+@pytest.mark.parametrize("family", FREE)
+def test_free_goals_are_within_reach_of_the_steps(family: str) -> None:
+    """One place is a whole number of steps away; a range holds where the quarter turns end."""
+    for seed in range(60):
+        problem = load(f"random/{family}/{seed}").problem
+        motion = problem.motion
+        assert isinstance(motion, FreeMotion)
+        assert not motion.goal.contains(motion.start)
+        goal, steps, start = motion.goal, motion.steps, motion.start
+        assert goal.rotation is not None
+        turns = angle_between(start.rotation, goal.rotation) / steps.rotation
+        assert turns == pytest.approx(round(turns), abs=1e-9)
+        if (goal.low == goal.high).all():
+            ways = (goal.low - start.position) / steps.translation
+            assert ways == pytest.approx(ways.round(), abs=1e-6)
+        else:
+            a, _, c = np.ptp(problem.body.vertices, axis=0)
+            quarters = 2 if angle_between(start.rotation, goal.rotation) > 2 else 1
+            assert goal.low[0] < quarters * (a + c) / 2 < goal.high[0] or (
+                goal.low[0] < -quarters * (a + c) / 2 < goal.high[0]
+            )
+
+
+def test_free_families_are_small_and_various() -> None:
+    """Two fingers, at most 66 hands; rolls, turns and lifts; with clutter one box or two, near."""
+    kinds, counts, touching = set(), set(), 0
+    for seed in range(60):
+        problem = load(f"random/free-clutter/{seed}").problem
+        motion = problem.motion
+        assert isinstance(motion, FreeMotion)
+        assert problem.fingers.count == 2
+        assert math.comb(len(problem.fingers.placements), 2) <= 66
+        assert motion.steps.rotate is not None
+        kinds.add((motion.steps.translate, motion.steps.rotate.tobytes()))
+        counts.add(len(problem.environment.obstacles))
+        found = environment_contacts(problem.body, problem.environment, motion.start)
+        touching += bool((found.normals[:, 2] < 0.5).any())
+    assert len(kinds) == 3
+    assert counts == {1, 2}
+    assert touching > 10

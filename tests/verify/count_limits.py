@@ -45,7 +45,8 @@ def denser(name: str, key: str, times: int) -> str:
         return f"fingers.placements.grid=[{rows * each}, {columns * (times // each)}]"
     steps, segments = model.lattice.steps, model.lattice.segments
     if steps is not None:
-        finer = f"x: {steps.x / times}, y: {steps.y / times}, yaw: {steps.yaw / times!r} rad"
+        x, y, yaw = (step / times for step in steps.given.values())
+        finer = f"x: {x}, y: {y}, yaw: {yaw!r} rad"
         return f"lattice.steps={{{finer}}}"
     given = segments if isinstance(segments, tuple) else (segments or 1,)
     finer = ", ".join(str(n * times) for n in given)
