@@ -8,20 +8,23 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from gm_ompl.checking.check import check_against
+from gm_ompl.checking.check import check, check_against
 from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import CheckReport
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.arcs import arc_of, pose_before
-from gm_ompl.planfile.assemble import pose_record
+from gm_ompl.planfile.assemble import assemble, pose_record
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
+from gm_ompl.reference.search import plain_search
+from gm_ompl.scenario.scenario import Scenario
 from tests.check.tampering import Draft, put, total
 from tests.free_plans import solved
 from tests.free_scenes import DEGREE
@@ -79,6 +82,44 @@ def test_a_plan_file_keeps_the_segments_of_short_arcs() -> None:
     problem, plan = solved("lean")
     assert plan.to_dict()["steps"][2]["at"] is None
     assert pose_before(plan, 2, problem).position == pytest.approx([1.0, 0.0, 0.5])
+
+
+SCENARIO = {
+    "format": "gm-ompl-scenario/1",
+    "name": "test/free",
+    "object": {"shape": {"box": [1, 1, 1]}, "mass": 1},
+    "friction": {"environment": 0.5, "finger": 0.7},
+    "fingers": {"count": 1, "radius": 0.05, "max_normal_force": 40,
+                "placements": {"grid": [1, 1], "faces": ["+z"]}},
+    "environment": {"floor": True},
+    "motion": {
+        "free": {"region": {"x": [0, 1], "y": [0, 0], "z": [0, 2]},
+                 "translate": ["x"], "rotate": ["y"]},
+        "start": {"position": [0, 0, "rest"]},
+        "goal": {"x": [0.4, 0.6], "y": [0, 0], "z": [0.7, 0.8], "rotation": "any"},
+    },
+    "lattice": {"steps": {"translation": 0.5, "rotation": "45 deg"}, "depth": 3},
+    "mechanics": {"z_min": 0.02},
+}  # fmt: skip
+
+
+def test_a_plan_is_judged_from_its_file_alone(tmp_path: Path) -> None:
+    """Scenario, steps and claims are read from the file, and hold until the scenario is changed."""
+    scenario = Scenario.from_resolved(SCENARIO)
+    moves = plain_search(scenario.problem).moves
+    statistics = {"time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": []}
+    plan = assemble(
+        scenario.problem, scenario.resolved(), moves,
+        status="solved", planner="plain", statistics=statistics,
+    )  # fmt: skip
+    plan.save(tmp_path / "plan.json")
+    assert len(plan.steps) == 1
+    report = check(tmp_path / "plan.json")
+    assert report.holds, report.table()
+    draft = plan.to_dict()
+    draft["scenario"]["lattice"]["steps"]["rotation"] = "30 deg"
+    report = check(Plan.model_validate_json(json.dumps(draft)))
+    assert [v.topic for v in report.violations] == ["arc"]
 
 
 class Case(NamedTuple):
