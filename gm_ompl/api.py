@@ -26,8 +26,8 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
-from gm_ompl.planners.registry import make_planner
-from gm_ompl.planners.steady import steady_moves
+from gm_ompl.planners.registry import make_planner, suited
+from gm_ompl.planners.steady import Steady, steady_moves
 from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load as load_scenario
 from gm_ompl.scenario.overrides import Changes
@@ -98,6 +98,7 @@ def plan(
     asked, seed = budget(time_limit, max_iterations, memory_limit), whole("seed", seed, 0)
     with limits.holding(asked.time_limit, asked.memory_limit_mb):
         given = _warned(loaded(scenario))
+        suited(searcher, given.problem)
         return _planned(given, searcher, asked, seed, report or silent)
 
 
@@ -105,17 +106,18 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
-    fallbacks = 0
+    steady, fallbacks = Steady((), ()), 0
     try:
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
         fallbacks = judging.backend.fallbacks
-        moves = at_true_cost(problem, _steady(judging, result.moves))
+        steady = _steady(judging, result.moves)
+        moves = at_true_cost(problem, steady.moves)
     except LimitError as stopped:  # before the search could begin
         result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
     except KeyboardInterrupt:  # likewise, or twice
         result = _unbegun(Status.INTERRUPTED, started)
-    statistics = {**result.statistics, "fallback_decisions": fallbacks}
+    statistics = {**result.statistics, "fallback_decisions": fallbacks, **steady.statistics()}
     if result.status is Status.BUDGET and limits.reached():
         statistics.setdefault("ended_by", limits.reached())
     return assemble(
@@ -245,7 +247,7 @@ def explain(
         return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
 
 
-def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
+def _steady(judging: Judge, moves: tuple[Move, ...]) -> Steady:
     """Return a planner's moves under steady control; as they are where that takes too long.
 
     A search that used its time up leaves none for it: it gets a little of its own.
@@ -254,7 +256,7 @@ def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
         with limits.lifted(STEADY_SECONDS if limits.left() < math.inf else None):
             return steady_moves(judging, moves)
     except (KeyboardInterrupt, LimitError):
-        return moves
+        return Steady(moves, None)
 
 
 def loaded(scenario: ScenarioLike) -> Scenario:

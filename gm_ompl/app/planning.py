@@ -160,6 +160,7 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"
+        yield from _junctions(plan.statistics.model_extra or {})
     yield from _deviations(plan.scenario)
     if plan.lower_bound is not None and not plan.optimal:
         yield f"  lower bound  {plan.lower_bound:.6g}"
@@ -170,6 +171,20 @@ def summary(plan: Plan) -> Iterator[str]:
     )
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
+
+
+def _junctions(statistics: Mapping[str, Any]) -> Iterator[str]:
+    """Yield which junctions do not simply hold, where there are any."""
+    told = {
+        "resting_junctions": "hold only while the object rests",
+        "failing_junctions": "do not hold",
+    }
+    counts = {name: statistics.get(name, 0) for name in told}
+    if None in counts.values():
+        yield "  junctions    not judged: no time was left"
+    elif any(counts.values()):
+        parts = ", ".join(f"{count} {told[name]}" for name, count in counts.items() if count)
+        yield f"  junctions    {parts}"
 
 
 def _deviations(scenario: Mapping[str, Any]) -> Iterator[str]:

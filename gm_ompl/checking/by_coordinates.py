@@ -9,7 +9,7 @@ import numpy as np
 
 from gm_ompl.checking.coordinates import crossed, gap, in_goal, lattice_steps
 from gm_ompl.checking.hold import check_coordinates, check_pose
-from gm_ompl.checking.kinematics import AnyStep, Kinematics
+from gm_ompl.checking.kinematics import AnyStep, Kinematics, regrasp_in_words
 from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.geometry.pose import Pose
@@ -106,7 +106,9 @@ class ByCoordinates(Kinematics):
     def place(self, step: AnyStep) -> str:
         """Return the coordinates."""
         start, end = (", ".join(f"{value:.6g}" for value in q) for q in (tail(step), head(step)))
-        return f"[{start}] to [{end}]" if isinstance(step, DisplacementStep) else f"[{start}]"
+        if isinstance(step, DisplacementStep):
+            return f"[{start}] to [{end}]"
+        return f"[{start}], {regrasp_in_words(step)}"
 
     def _arrived(self, q: Coordinates) -> bool:
         return in_goal(self._problem, q, self._recheck.tolerances.coordinate)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from gm_ompl.checking.by_coordinates import ByCoordinates
 from gm_ompl.checking.free_arcs import FreeArcs
+from gm_ompl.checking.junctions import Junctions
 from gm_ompl.checking.kinematics import AnyStep, Kinematics
 from gm_ompl.checking.recheck import Recheck, Tolerances
 from gm_ompl.checking.report import CheckReport, Findings, StepReport
@@ -147,7 +148,8 @@ _NO_STEPS = (
 def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = None) -> CheckReport:
     """Judge a plan by geometry, contact and the reference's programs alone.
 
-    The planner's name, its parameters, the seed and the statistics are not judged.
+    The planner's name, its parameters, the seed and the statistics are not judged; where these
+    state failing junctions, so many are noted instead of held against the plan.
 
     Args:
         plan: a plan, or the path of a plan file.
@@ -168,15 +170,11 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
 
 def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
     """Judge a plan by a problem, which ``check`` makes from the scenario inside the plan."""
-    problem, whole = recheck.problem, Findings(None)
-    kinematics: Kinematics = (
-        FreeArcs(recheck, problem.motion)
-        if isinstance(problem.motion, FreeMotion)
-        else ByCoordinates(recheck)
-    )
+    kinematics, whole = _kinematics(recheck), Findings(None)
     check_totals(recheck, kinematics, plan, whole)
     reports: list[StepReport] = []
     violations = list(whole.violations)
+    junctions = Junctions(recheck, _stated(plan))
     last: AnyStep | None = None
     for number, step in enumerate(plan.steps):
         found = Findings(number)
@@ -184,16 +182,31 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
         check_continuity(recheck, last, step, found)
         place = kinematics.place(step)
         if isinstance(step, DisplacementStep):
-            check_displacement(recheck, kinematics, step, found)
+            arc = kinematics.displacement(step, found)
+            check_displacement(recheck, step, arc, found)
+            junctions.displacement(step, arc, found)
         else:
-            check_regrasp(recheck, kinematics, step, found)
-            place += f", finger {step.finger} to {step.to.face}:{list(step.to.cell)}"
+            pose = kinematics.rest(step, found)
+            check_regrasp(recheck, step, pose, found)
+            junctions.regrasp(step, pose, found)
         if number == len(plan.steps) - 1:
             kinematics.goal(step, found)
-            given = problem.fingers.goal
-            _check_given(recheck, "goal", given, placements_after(step), found)
+            after = placements_after(step)
+            _check_given(recheck, "goal", recheck.problem.fingers.goal, after, found)
         reports.append(found.report(step.kind, place))
         violations += found.violations
         last = step
     notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
+    notes += junctions.notes()
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
+
+
+def _kinematics(recheck: Recheck) -> Kinematics:
+    motion = recheck.problem.motion
+    return FreeArcs(recheck, motion) if isinstance(motion, FreeMotion) else ByCoordinates(recheck)
+
+
+def _stated(plan: Plan) -> int | None:
+    """Return how many failing junctions the plan states; None where it says it does not know."""
+    stated = (plan.statistics.model_extra or {}).get("failing_junctions", 0)
+    return stated if stated is None or isinstance(stated, int) else 0

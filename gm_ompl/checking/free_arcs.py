@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 
 from gm_ompl.checking.hold import check_pose
-from gm_ompl.checking.kinematics import AnyStep, Kinematics
+from gm_ompl.checking.kinematics import AnyStep, Kinematics, regrasp_in_words
 from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
@@ -123,7 +123,7 @@ class FreeArcs(Kinematics):
         """Return what the object does, or where it rests."""
         if isinstance(step, DisplacementStep):
             return arc_in_words(step.arc)
-        return f"at {_place(self._here)}"
+        return f"at {_place(self._here)}, {regrasp_in_words(step)}"
 
     @property
     def _moved(self) -> int:

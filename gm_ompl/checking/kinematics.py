@@ -43,3 +43,8 @@ class Kinematics(ABC):
     @abstractmethod
     def place(self, step: AnyStep) -> str:
         """Return in words where a step is and what the object does."""
+
+
+def regrasp_in_words(step: RegraspStep) -> str:
+    """Return "finger 1 to +x:[0, 2]"."""
+    return f"finger {step.finger} to {step.to.face}:{list(step.to.cell)}"

@@ -18,6 +18,7 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
+from gm_ompl.reference.junction import equilibrium
 from gm_ompl.reference.modes import combinations, decide_modes, margin
 from gm_ompl.reference.stability import NEGLIGIBLE, stability
 from gm_ompl.reference.statics import Statics, statics
@@ -189,6 +190,14 @@ class Recheck:
         """
         claim = (hold.modes, hold.f_com, z)
         return self._once("unbeaten", hold, claim, lambda: self._proven(hold, z))
+
+    def balanced(self, hold: Hold) -> bool:
+        """Whether forces balance the load with the modes and the f_com of ``hold``."""
+
+        def found() -> bool:
+            return equilibrium(self._model(hold), hold.modes, hold.f_com)
+
+        return self._once("balanced", hold, (hold.modes, hold.f_com), found)
 
     def internal_force(self, hold: Hold) -> bool:
         """Whether Problem (5) finds excessive internal force with the modes of ``hold``."""

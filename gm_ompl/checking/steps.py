@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.checking.hold import check_hold, check_placement, check_placements, named
-from gm_ompl.checking.kinematics import Kinematics
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
@@ -16,11 +15,10 @@ from gm_ompl.problem import Placements
 
 
 def check_displacement(
-    recheck: Recheck, kinematics: Kinematics, step: DisplacementStep, found: Findings
+    recheck: Recheck, step: DisplacementStep, arc: Arc | None, found: Findings
 ) -> None:
-    """Judge a displacement step by itself; note what does not hold."""
+    """Judge a displacement step along its arc; note what does not hold."""
     rows = check_placements(recheck, step.placements, found)
-    arc = kinematics.displacement(step, found)
     if arc is None or rows is None or not _check_lists(recheck, step, found):
         return
     for name, q, pose in (("from", step.from_, arc.start), ("to", step.to, arc.end)):
@@ -83,13 +81,10 @@ def _check_cost(
     found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")
 
 
-def check_regrasp(
-    recheck: Recheck, kinematics: Kinematics, step: RegraspStep, found: Findings
-) -> None:
-    """Judge a regrasping step by itself; note what does not hold."""
+def check_regrasp(recheck: Recheck, step: RegraspStep, pose: Pose | None, found: Findings) -> None:
+    """Judge a regrasping step with the object at its pose; note what does not hold."""
     rows = check_placements(recheck, step.placements, found)
     target = check_placement(recheck, "to", step.to, found)
-    pose = kinematics.rest(step, found)
     if pose is None or not _check_finger(recheck, step, found) or rows is None:
         return
     reason = recheck.blocked(pose, rows)

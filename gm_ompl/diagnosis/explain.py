@@ -23,10 +23,11 @@ from gm_ompl.diagnosis.values import (
     SetLine,
     Survey,
 )
-from gm_ompl.errors import LimitError
+from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.limits import Limits
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
@@ -64,10 +65,15 @@ def explain(
         seconds: what all of it may take, up to one step of each part; 0 for no searches.
 
     Raises:
-        InputError: the start or the goal is off the lattice.
+        InputError: the start or the goal is off the lattice, or the motion is free.
         LimitError: a limit is reached before there is anything to tell.
         KeyboardInterrupt: it was interrupted.
     """
+    if isinstance(scenario.problem.motion, FreeMotion):
+        raise InputError(
+            "explain tells of paths and of planar motion; of free motion judge single poses: "
+            "gm_ompl.judge(scenario, pose=..., twist=..., placements=...)"
+        )
     with limits.holding(seconds or SURVEYS_ALONE):
         return _Explaining(scenario, samples, seed, seconds).run(at, placements)
 

@@ -10,81 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.feasibility.links import Link, failing
 from gm_ompl.mechanics.alternatives import Alternatives
-
-PerFinger = tuple[ControlMode | None, ...]
-"""Modes per finger of the whole hand; None for a finger in the air."""
-
-
-def spread(decision: ModeDecision, fingers: Sequence[int], count: int) -> PerFinger:
-    """Return the modes of ``decision``, made for ``fingers``, per finger of a hand of ``count``."""
-    modes: list[ControlMode | None] = [None] * count
-    for finger, mode in zip(fingers, decision.modes, strict=True):
-        modes[finger] = mode
-    return tuple(modes)
-
-
-def switches(before: PerFinger, after: PerFinger) -> int:
-    """Return how many fingers change their mode; lifting and touching down are no switches."""
-    return sum(
-        a is not None and b is not None and a is not b for a, b in zip(before, after, strict=True)
-    )
-
-
-def fewest_switches(
-    options: Sequence[Sequence[ModeDecision]], fingers: Sequence[Sequence[int]], count: int
-) -> list[ModeDecision]:
-    """Choose one decision per instant so that modes switch as rarely as can be.
-
-    A shortest path over the instants. Of paths with equally few switches the one with more
-    position control is taken, then the one with the earlier fingers under position control.
-
-    Args:
-        options: per instant, in order, at least one decision.
-        fingers: per instant, the fingers that its decisions are made for.
-        count: fingers of the hand.
-    """
-    layers = [
-        [(spread(option, touching, count), option) for option in choices]
-        for choices, touching in zip(options, fingers, strict=True)
-    ]
-    best = [_taste(modes) for modes, _ in layers[0]]
-    comes_from: list[list[int]] = []
-    for before, after in pairwise(layers):
-        costs, parents = [], []
-        for modes, _ in after:
-            ways = [
-                (cost[0] + switches(earlier, modes), cost[1], cost[2], k)
-                for k, (cost, (earlier, _)) in enumerate(zip(best, before, strict=True))
-            ]
-            least, taste = min(ways), _taste(modes)
-            costs.append((least[0], least[1] + taste[1], least[2] + taste[2]))
-            parents.append(least[3])
-        best = costs
-        comes_from.append(parents)
-    k = min(range(len(best)), key=best.__getitem__)
-    chosen = [layers[-1][k][1]]
-    for layer, parents in zip(layers[-2::-1], comes_from[::-1], strict=True):
-        k = parents[k]
-        chosen.append(layer[k][1])
-    return chosen[::-1]
-
-
-def _taste(modes: PerFinger) -> tuple[int, int, int]:
-    """Return (0 switches, force-controlled fingers, their place among combinations)."""
-    forces = [i for i, mode in enumerate(modes) if mode is ControlMode.FORCE]
-    return 0, len(forces), sum(1 << (len(modes) - 1 - i) for i in forces)
-
 
 ROUNDS = 40
 """Linear programs per plan; instants not settled by then keep the f_com that is best for z."""
+
+INSIDE = 1e-3
+"""How far inside its cuts a link is to stay, in thousandths of the largest force."""
+
+SHORT, PRICE = 1e-6, 1e3
+"""A cut of a link that is missed by more cannot be met; and what missing it costs."""
 
 
 @dataclass(eq=False)
@@ -147,37 +89,64 @@ class Undecided:
         )
 
 
-def least_change(commands: Sequence[Undecided]) -> list[ModeDecision]:
-    """Choose f_com at every instant so that its total change is least."""
+def least_change(
+    commands: Sequence[Undecided], links: Sequence[Link] = ()
+) -> tuple[list[ModeDecision], list[Link]]:
+    """Choose f_com at every instant so that its total change is least.
+
+    Args:
+        commands: at the instants, in order.
+        links: ramps between them; that they hold comes first.
+
+    Returns:
+        A decision per command, and the links that do not hold with them.
+    """
     best = [command.decision for command in commands]
-    program = _Program(commands)
-    if not program.changes(np.concatenate([command.best for command in commands])):
-        return best
+    before = np.concatenate([command.best for command in commands])
+    program = _Program(commands, links)
+    if not len(before) or not (program.changes(before) or failing(links, before)):
+        return best, failing(links, before)
+    last = None
     for _ in range(ROUNDS):
         f = program.solve()
         if f is None:
-            return best
-        for command, part in zip(commands, program.parts(f), strict=True):
-            if len(part) and (
-                command.settled is None or not np.array_equal(part, command.settled[0])
-            ):
-                limits.check()
-                command.try_at(part)
-        if all(command.settled is not None or not command.forced for command in commands):
+            return best, failing(links, before)
+        if _settled(commands, program.parts(f)) and program.linked(f):
             break
+        if last is not None and np.array_equal(f, last):
+            break  # nothing was learnt
+        last = f
     chosen = [command.chosen() for command in commands]
     f = np.array([x for decision in chosen for x in decision.f_com if x is not None])
-    before = np.concatenate([command.best for command in commands])
-    return chosen if program.changes(f) < program.changes(before) else best
+    left = failing(links, f)
+    better = program.changes(f) < program.changes(before)
+    if left or not better:
+        fallen = failing(links, before)
+        if (len(fallen), better) <= (len(left), False):
+            return best, fallen
+    return chosen, left
+
+
+def _settled(commands: Sequence[Undecided], parts: Sequence[Array]) -> bool:
+    """Try f_com at every instant; return whether all are stable enough."""
+    for command, part in zip(commands, parts, strict=True):
+        if len(part) and (command.settled is None or not np.array_equal(part, command.settled[0])):
+            limits.check()
+            command.try_at(part)
+    return all(command.settled is not None or not command.forced for command in commands)
 
 
 class _Program:
-    """min sum |change| over all f_com, under the cuts known so far."""
+    """min sum |change| over all f_com, under the cuts known so far.
 
-    def __init__(self, commands: Sequence[Undecided]) -> None:
-        self._commands = commands
+    Cuts of links may be broken, at a price above any change: a link may have no f_com at all.
+    """
+
+    def __init__(self, commands: Sequence[Undecided], links: Sequence[Link]) -> None:
+        self._commands, self._links = commands, links
         self._firsts = np.cumsum([0, *(len(command.forced) for command in commands)])
         self._limits = np.concatenate([command.limits for command in commands])
+        self._short = np.zeros(len(links))
         pairs = []
         for k in range(len(commands) - 1):
             before, after = commands[k].forced, commands[k + 1].forced
@@ -196,19 +165,31 @@ class _Program:
         """Return f_com per instant."""
         return [f[a:b] for a, b in zip(self._firsts, self._firsts[1:], strict=False)]
 
+    def linked(self, f: Array) -> bool:
+        """Whether every link holds, but for those that no f_com under the cuts would keep."""
+        held = np.array([link.holds(f) for link in self._links], dtype=bool)
+        return bool(np.all(held | (self._short > SHORT)))
+
     def _cuts(self, unit: float) -> tuple[tuple[Array, IntArray, IntArray], list[float]]:
         """Return the rows of all cuts as (values, columns, ends), and their bounds."""
-        slopes_of, columns = [np.zeros(0)], [np.zeros(0, dtype=np.int64)]
+        rows = [(np.zeros(0), np.zeros(0, dtype=np.int64))]
         bounds: list[float] = []
         for k, command in enumerate(self._commands):
             for c, slopes in command.cuts:
                 # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
                 size = max(command.aim, 1e-3 * unit)
-                slopes_of.append(-slopes * unit / size)
-                columns.append(np.arange(self._firsts[k], self._firsts[k + 1]))
+                rows.append((-slopes * unit / size, np.arange(*self._firsts[k : k + 2])))
                 bounds.append((c - command.aim) / size)
-        ends = np.cumsum([len(part) for part in columns])
-        return (np.concatenate(slopes_of), np.concatenate(columns), ends), bounds
+        first = len(self._limits) + len(self._pairs)
+        for k, link in enumerate(self._links):
+            for c, slopes, places in link.cuts:
+                size, own = 1e-3 * unit, places > 0
+                values = np.append(-slopes[own] * unit / size, -1.0)
+                rows.append((values, np.append(places[own] - 1, first + k)))
+                bounds.append(c / size - INSIDE)
+        ends = np.cumsum([len(columns) for _, columns in rows])
+        values = np.concatenate([row[0] for row in rows])
+        return (values, np.concatenate([row[1] for row in rows]), ends), bounds
 
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
@@ -216,8 +197,8 @@ class _Program:
         from scipy import sparse
         from scipy.optimize import linprog
 
-        F, M = len(self._limits), len(self._pairs)
-        unit = float(self._limits.max())
+        F, M, L = len(self._limits), len(self._pairs), len(self._links)
+        unit = float(self._limits.max()) or 1.0
         step = sparse.csr_array(
             (
                 np.tile([1.0, -1.0], M),
@@ -225,18 +206,17 @@ class _Program:
             ),
             shape=(M, F),
         )
-        eye = sparse.eye_array(M)
-        values = [sparse.hstack([step, -eye]), sparse.hstack([-step, -eye])]
+        eye, none = sparse.eye_array(M), sparse.csr_array((M, L))
+        values = [sparse.hstack([step, -eye, none]), sparse.hstack([-step, -eye, none])]
         cuts, bounds = self._cuts(unit)
         if bounds:
-            values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M)))
+            values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M + L)))
+        upper = np.concatenate([self._limits / unit, np.full(M + L, np.inf)])
         result = linprog(
-            np.concatenate([np.zeros(F), np.ones(M)]),
+            np.concatenate([np.zeros(F), np.ones(M), np.full(L, PRICE)]),
             A_ub=sparse.csr_array(sparse.vstack(values)),
             b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
-            bounds=np.stack(
-                [np.zeros(F + M), np.concatenate([self._limits / unit, np.full(M, np.inf)])], axis=1
-            ),
+            bounds=np.stack([np.zeros(len(upper)), upper], axis=1),
             options={
                 "primal_feasibility_tolerance": 1e-10,
                 "dual_feasibility_tolerance": 1e-9,
@@ -246,5 +226,6 @@ class _Program:
         limits.check()
         if result.x is None:
             return None
+        self._short = result.x[F + M :]
         f: Array = np.clip(result.x[:F] * unit, 0.0, self._limits)
         return f

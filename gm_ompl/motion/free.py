@@ -17,9 +17,6 @@ from gm_ompl.motion.arc import Arc, Motion
 AXES = ("x", "y", "z")
 """Names of the world's axes."""
 
-SHORTEST = 1e-4
-"""Arcs on which no corner moves farther than this, relative to D, do not exist."""
-
 
 @dataclass(frozen=True, eq=False)
 class PoseGoal:

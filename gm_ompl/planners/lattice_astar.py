@@ -132,7 +132,7 @@ def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Tol
 class LatticePlanner(Planner):
     """A best-first search by the heuristic that its settings name; without one by none."""
 
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=False)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=False, free=True)
 
     def solve(
         self,

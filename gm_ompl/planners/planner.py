@@ -121,10 +121,12 @@ class PlannerSpecs:
     Attributes:
         optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
+        free: it plans free motion, where a pose has no coordinates.
     """
 
     optimal: bool
     randomised: bool
+    free: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from gm_ompl.arguments import kind_of
-from gm_ompl.errors import UnknownPlannerError, UnsoundPlannerError
+from gm_ompl.errors import InputError, UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Offer
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -102,3 +103,17 @@ def make_planner(name: str, parameters: Mapping[str, Any] | None = None) -> Plan
     if name not in PLANNERS:
         raise UnknownPlannerError(name, PLANNERS)
     return PLANNERS[name](parameters)
+
+
+def suited(planner: Planner, problem: Problem) -> None:
+    """Refuse a planner that cannot plan a problem.
+
+    Raises:
+        InputError: the motion is free, and the planner needs coordinates.
+    """
+    if planner.specs.free or not isinstance(problem.motion, FreeMotion):
+        return
+    able = " or ".join(name for name, kind in PLANNERS.items() if kind.specs.free)
+    raise InputError(
+        f"{planner.name} plans along paths and in the plane; for free motion take {able}"
+    )

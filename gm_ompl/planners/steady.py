@@ -1,58 +1,53 @@
 """Steady control: of all ways to control a plan's fingers, the one that changes least.
 
 A robot cannot flip control modes at every step. Along the moves of a plan, among modes and f_com
-whose z is within 1e-6 (relative) of Sec. 3.4's best, this chooses the fewest mode switches and,
-for these modes, the least total change of f_com. Placements, poses and (up to that tolerance)
-costs stay as they are.
+whose z is within 1e-6 (relative) of Sec. 3.4's best, this chooses those whose junctions hold, then
+the fewest mode switches and, for these modes, the least total change of f_com. Placements, poses
+and (up to that tolerance) costs stay as they are.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
-import numpy as np
-
-from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.junction import Passage
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.feasibility.steady_force import (
-    Undecided,
-    fewest_switches,
-    least_change,
-    spread,
-    switches,
-)
+from gm_ompl.feasibility.steady_modes import Broken, spread, switches
 from gm_ompl.holds.cost import displacement_cost
-from gm_ompl.mechanics.alternatives import Alternatives
-from gm_ompl.motion.arc import Moment
-from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
+from gm_ompl.planners.choosing import Chooser, instants_of
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 
-LEAST, AIM = 8e-7, 5e-7
-"""By how much z may stay below the best, relatively, and what the cuts ask for. A check that
-allows 1e-6 has the rest for the difference between two solvers."""
+TRIES = 8
+"""Combinations of modes tried along a plan until all junctions hold."""
 
 
-@dataclass(frozen=True, eq=False)
-class Controlled:
-    """A segment's midpoint, or a rest, with its decision.
+class Steady(NamedTuple):
+    """Moves under steady control.
 
     Attributes:
-        key: equal where the mechanics is equal.
-        alternatives: shared by equal instants.
-        fingers: those that touch.
-        decision: Sec. 3.4's best.
+        moves: the plan.
+        passages: of its junctions that do not simply hold; None where they are not known.
     """
 
-    key: tuple[object, ...]
-    alternatives: Alternatives
-    fingers: tuple[int, ...]
-    decision: ModeDecision
+    moves: tuple[Move, ...]
+    passages: tuple[Passage, ...] | None
+
+    def statistics(self) -> dict[str, int | None]:
+        """Return how many junctions hold only while the object rests, and how many fail."""
+        if not self.moves:
+            return {}
+        names = {"resting_junctions": Passage.RESTS, "failing_junctions": Passage.FAILS}
+        found = self.passages
+        return {k: None if found is None else found.count(v) for k, v in names.items()}
 
 
-def steady_moves(judge: Judge, moves: Sequence[Move]) -> tuple[Move, ...]:
+def steady_moves(judge: Judge, moves: Sequence[Move]) -> Steady:
     """Return ``moves`` under steady control.
 
     Args:
@@ -62,108 +57,36 @@ def steady_moves(judge: Judge, moves: Sequence[Move]) -> tuple[Move, ...]:
     """
     problem = judge.problem
     if not moves or problem.fingers.count == 0:
-        return tuple(moves)
-    instants = list(_instants(judge, moves))
-    chosen = _steady_forces(problem, instants, _steady_modes(problem, instants))
-    return tuple(_with_decisions(problem, moves, chosen))
+        return Steady(tuple(moves), ())
+    if not isinstance(judge.backend, KernelBackend):
+        judge = Judge(problem, KernelBackend(problem))
+    chooser = Chooser(judge, moves)
+    broken: set[Broken] = set()
+    chosen, failing = chooser.choose(broken)
+    best = chosen, failing
+    passages = None
+    try:
+        for _ in range(TRIES):
+            if failing <= broken:  # none, or there is no way around
+                break
+            broken |= failing
+            chosen, failing = chooser.choose(broken)
+            if len(failing) < len(best[1]):
+                best = chosen, failing
+        numbers = sorted(k for k, *_ in best[1])
+        passages = tuple(chooser.passage(number, best[0]) for number in numbers)
+    except LimitError:
+        pass  # what was chosen first is steady, too
+    return Steady(tuple(_with_decisions(problem, moves, best[0])), passages)
 
 
 def mode_switches(problem: Problem, moves: Sequence[Move]) -> int:
     """Return how often a finger's mode changes along ``moves`` while it stays in contact."""
     modes = [
-        spread(decision, fingers, problem.fingers.count)
-        for _, fingers, _, decision in _decisions(problem, moves)
+        spread(instant.decision, instant.fingers, problem.fingers.count)
+        for instant in instants_of(problem, moves)
     ]
     return sum(switches(a, b) for a, b in pairwise(modes))
-
-
-def _decisions(
-    problem: Problem, moves: Sequence[Move]
-) -> Iterator[tuple[Moment, tuple[int, ...], Placements, ModeDecision]]:
-    """Yield (instant, fingers, their placements, decision) along the plan."""
-    everyone = tuple(range(problem.fingers.count))
-    for move in moves:
-        if isinstance(move, Regrasp):
-            others = tuple(i for i in everyone if i != move.finger)
-            rows = tuple(move.placements[i] for i in others)
-            yield Moment(move.pose), others, rows, move.rest
-            continue
-        middles = move.arc.middles(len(move.segments))
-        for moment, decision in zip(middles, move.segments, strict=True):
-            yield moment, everyone, move.placements, decision
-
-
-def _instants(judge: Judge, moves: Sequence[Move]) -> Iterator[Controlled]:
-    backend = judge.backend
-    if not isinstance(backend, KernelBackend):
-        backend = KernelBackend(judge.problem)
-        judge = Judge(judge.problem, backend)
-    known: dict[tuple[object, ...], Alternatives] = {}
-    for moment, fingers, placements, decision in _decisions(judge.problem, moves):
-        key = (judge.environment(moment), fingers, placements)
-        if key not in known:
-            known[key] = backend.alternatives(*key)
-        yield Controlled(key, known[key], fingers, decision)
-
-
-def _least(problem: Problem, z: float) -> float:
-    """Return what z must reach where ``z`` is the best: z_min is not missed for steadiness."""
-    return max(z * (1.0 - LEAST), min(z, problem.mechanics.z_min))
-
-
-def _steady_modes(problem: Problem, instants: Sequence[Controlled]) -> list[ModeDecision]:
-    """Return per instant the decision with the modes to use and the best f_com for them."""
-    count = problem.fingers.count
-    own = [spread(instant.decision, instant.fingers, count) for instant in instants]
-    if not any(switches(a, b) for a, b in pairwise(own)):
-        return [instant.decision for instant in instants]
-    known: dict[tuple[object, ...], tuple[ModeDecision, ...]] = {}
-    options = []
-    for instant in instants:
-        if instant.key not in known:
-            least = _least(problem, instant.decision.z)
-            others = [
-                other
-                for other in instant.alternatives.modes(least)
-                if other.modes != instant.decision.modes
-            ]
-            known[instant.key] = (instant.decision, *others)
-        options.append(known[instant.key])
-    return fewest_switches(options, [instant.fingers for instant in instants], count)
-
-
-def _steady_forces(
-    problem: Problem, instants: Sequence[Controlled], decisions: Sequence[ModeDecision]
-) -> list[ModeDecision]:
-    """Return per instant the decision with the modes given and the f_com to use."""
-    commands: list[Undecided] = []
-    which: list[int] = []
-    for k, (instant, decision) in enumerate(zip(instants, decisions, strict=True)):
-        same = k > 0 and instant.key == instants[k - 1].key
-        if not (same and decision.modes == decisions[k - 1].modes):
-            commands.append(_command(problem, instant, decision))
-        which.append(len(commands) - 1)
-    chosen = least_change(commands)
-    return [chosen[c] for c in which]
-
-
-def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> Undecided:
-    best = instant.decision.z
-    least = _least(problem, best)
-    limits = problem.fingers.max_normal_force
-    forced = [
-        finger
-        for finger, mode in zip(instant.fingers, decision.modes, strict=True)
-        if mode is ControlMode.FORCE
-    ]
-    return Undecided(
-        alternatives=instant.alternatives,
-        decision=decision,
-        fingers=instant.fingers,
-        least=least,
-        aim=least + (best - least) * (1.0 - AIM / LEAST),
-        limits=np.asarray(limits[forced], dtype=np.float64),
-    )
 
 
 def _with_decisions(

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.contact.lattice import SHORTEST, SLACK
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
-from gm_ompl.motion.free import AXES, SHORTEST, ContactSteps, FreeMotion, PoseGoal
+from gm_ompl.motion.free import AXES, ContactSteps, FreeMotion, PoseGoal
 from gm_ompl.motion.lattice import Goal
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.goals import FreeModel, GoalModel, RegionModel, WithinModel, turn_of
@@ -21,9 +22,6 @@ from gm_ompl.scenario.standing import Ground
 
 WITHIN = 1e-3
 """How far from its place a goal is met, relative to D, where nothing is said."""
-
-SLACK = 1e-6
-"""The centre of mass may leave the region by so much, relative to D."""
 
 NOWHERE = Goal((), (), ())
 """In coordinates, of which free motion has none."""

@@ -17,16 +17,20 @@ class Task(NamedTuple):
     Attributes:
         motion: the scenario's section.
         lattice: likewise.
+        arcs: how many arcs are enough for it, with some to spare.
         reach: how far the object reaches from its centre of mass at the start, along x and y.
         side: whether it goes towards +x or -x.
         farthest: the greatest |x| that the goal needs free.
+        fingers: how many it takes: in the air two point contacts hold nothing.
     """
 
     motion: Tree
     lattice: Tree
+    arcs: int
     reach: tuple[float, float]
     side: int
     farthest: float
+    fingers: int
 
 
 def free(draw: Draw) -> Tree:
@@ -42,6 +46,8 @@ def free_clutter(draw: Draw) -> Tree:
         _box(draw, task, tree, place) for place in ("behind", "beside", "ahead")
     )
     walls = {"behind": behind, "beside": beside, "ahead": ahead}
+    # Among obstacles the object comes to lie askew in ever new places.
+    tree["lattice"]["depth"] = task.arcs
     kept = draw.some(tuple(walls), draw.whole(1, 2))
     tree["environment"]["obstacles"] = {name: walls[name] for name in kept}
     return tree
@@ -51,7 +57,10 @@ def _free(draw: Draw, description: str) -> tuple[Tree, Task]:
     size = [draw.between(2, 8, 2) for _ in range(3)]
     mass = rounded(10 ** draw.between(-1, 1), 2)
     task = draw.pick((_roll, _roll, _turn, _lift))(draw, size)
-    faces = draw.some(FACES, draw.pick((1, 2, 2, 3)))
+    if task.fingers == 3:
+        faces = list(draw.pick((("-x", "+x"), ("-y", "+y"))))
+    else:
+        faces = draw.some(FACES, draw.pick((1, 2, 2, 3)))
     limit = rounded(draw.pick((0.5, 1.0, 2.0, 4.0)) * mass * GRAVITY, 2)
     z_min = rounded(draw.between(0.002, 0.04) * mass * GRAVITY, 2)
     tree = {
@@ -63,7 +72,7 @@ def _free(draw: Draw, description: str) -> tuple[Tree, Task]:
         },
         "gravity": GRAVITY,
         "fingers": {
-            "count": 2,
+            "count": task.fingers,
             "radius": rounded(draw.between(0.05, 0.2) * min(size), 2),
             "max_normal_force": limit,
             "placements": {"grid": [2, 2] if len(faces) > 1 else [3, 3], "faces": faces},
@@ -107,11 +116,12 @@ def _roll(draw: Draw, size: list[float]) -> Task:
     goal = {"x": ends, "rotation": {"axis": [0, 1, 0], "angle": f"{90 * side * quarters} deg"}}
     degrees = draw.pick((30, 45, 90))
     lattice: Tree = {"steps": {"translation": step, "rotation": f"{degrees} deg"}}
+    arcs = min(7, quarters * 90 // degrees + 3)
     if quarters == 2 or draw.chance(0.5):
-        lattice["depth"] = 6 * quarters
+        lattice["depth"] = arcs
     motion = _motion(x, height, "x", "y", goal)
     farthest = way + (c if quarters == 1 else a) / 2
-    return Task(motion, lattice, (a / 2, size[1] / 2), side, farthest)
+    return Task(motion, lattice, arcs, (a / 2, size[1] / 2), side, farthest, 2)
 
 
 def _turn(draw: Draw, size: list[float]) -> Task:
@@ -125,7 +135,7 @@ def _turn(draw: Draw, size: list[float]) -> Task:
     lattice = {"steps": {"translation": step, "rotation": f"{degrees} deg"}}
     around = rounded((a * a + b * b) ** 0.5 / 2, 6)
     motion = _motion(x, c, "x", "z", goal)
-    return Task(motion, lattice, (around, around), side, steps * step + around)
+    return Task(motion, lattice, steps + 4, (around, around), side, steps * step + around, 2)
 
 
 def _lift(draw: Draw, size: list[float]) -> Task:
@@ -133,12 +143,13 @@ def _lift(draw: Draw, size: list[float]) -> Task:
     a, b, c = size
     step = rounded(draw.between(0.4, 0.8) * min(a, c), 2)
     side, along, up = draw.pick((1, -1)), draw.whole(0, 2), draw.whole(1, 2)
+    arcs = along + up + 1
     x = [0.0, side * (along + 1) * step]
     top = rounded(c / 2 + up * step, 6)
     goal = {"position": [rounded(side * along * step, 6), 0, top]}
-    lattice = {"steps": {"translation": step, "rotation": "90 deg"}, "depth": along + up + 1}
+    lattice = {"steps": {"translation": step, "rotation": "90 deg"}, "depth": arcs}
     motion = _motion(x, top + step, "xz", "", goal)
-    return Task(motion, lattice, (a / 2, b / 2), side, along * step + a / 2)
+    return Task(motion, lattice, arcs, (a / 2, b / 2), side, along * step + a / 2, 3)
 
 
 def _box(draw: Draw, task: Task, tree: Tree, place: str) -> Tree:

@@ -136,10 +136,14 @@ class _Scheduler:
         return found
 
     def _switch(self, force: BoolArray, f_com: Array, lean: Array) -> None:
-        """Change modes and commanded forces while the object rests."""
+        """Change modes and commanded forces while the object rests, as a junction is judged.
+
+        A finger under force control only before or only after keeps that command throughout; one
+        that has just come down ramps from the force of its touch.
+        """
         now, rising = self.now, ramp(self._samples(self.pace.switch))
-        # A finger that comes under force control does so at the force of its last touch.
-        now.f_com = np.where(now.force_share > 0, now.f_com, np.minimum(self.touch, f_com))
+        first = np.where(now.limit > self.touch, f_com, np.minimum(self.touch, f_com))
+        now.f_com = np.where(now.force_share > 0, now.f_com, first)
         after = {
             "force_share": force.astype(float),
             "f_com": np.where(force, f_com, now.f_com),

@@ -137,7 +137,7 @@ def test_verdicts_do_not_depend_on_units(draft: Draft, scale: float) -> None:
 
 
 def test_equal_states_are_decided_once(hand_plan: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
-    """For the nine segments along two slides programs are made once per slide and hand."""
+    """For nine segments along two slides programs are made once per slide, hand and junction."""
     calls: list[object] = []
 
     def counting(instant: Any) -> Any:
@@ -148,7 +148,8 @@ def test_equal_states_are_decided_once(hand_plan: Plan, monkeypatch: pytest.Monk
     recheck = importlib.import_module("gm_ompl.checking.recheck")
     monkeypatch.setattr(recheck, "statics", counting)
     assert check(hand_plan).holds
-    assert len(calls) == 3  # along x, at rest, along y
+    # Along x, at rest and along y; at rest with the finger that is lifted, and set down.
+    assert len(calls) == 5
 
 
 FORBIDDEN = ("mechanics", "feasibility", "graph", "planners", "app", "api")

@@ -107,7 +107,10 @@ def test_a_plan_is_judged_from_its_file_alone(tmp_path: Path) -> None:
     """Scenario, steps and claims are read from the file, and hold until the scenario is changed."""
     scenario = Scenario.from_resolved(SCENARIO)
     moves = plain_search(scenario.problem).moves
-    statistics = {"time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": []}
+    statistics = {
+        "time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": [],
+        "failing_junctions": None,  # the plain search does not judge them
+    }  # fmt: skip
     plan = assemble(
         scenario.problem, scenario.resolved(), moves,
         status="solved", planner="plain", statistics=statistics,

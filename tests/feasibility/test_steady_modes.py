@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
-from gm_ompl.feasibility.steady_force import fewest_switches, spread, switches
+from gm_ompl.feasibility.steady_modes import fewest_switches, spread, switches
 
 P, F = ControlMode.POSITION, ControlMode.FORCE
 
@@ -41,6 +42,28 @@ def test_no_other_choice_switches_less(seed: int) -> None:
     assert all(d in choices for d, choices in zip(chosen, options, strict=True))
     best = min(total(list(way), fingers, count) for way in itertools.product(*options))
     assert total(chosen, fingers, count) == best
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_what_is_broken_is_passed_least_then_switches_count(seed: int) -> None:
+    """Against every combination of choices, some pairs of neighbours forbidden."""
+    rng = np.random.default_rng(seed)
+    every = list(itertools.product((P, F), repeat=2))
+    options = [[decision(*every[k]) for k in rng.permutation(4)[:3]] for _ in range(5)]
+    fingers: list[tuple[int, ...]] = [(0, 1)] * 5
+    broken = {
+        (k, a.modes, b.modes)
+        for k in range(4)
+        for a, b in itertools.product(options[k], options[k + 1])
+        if rng.random() < 0.7
+    }
+
+    def price(way: Sequence[ModeDecision]) -> tuple[int, int]:
+        steps = [(k, a.modes, b.modes) for k, (a, b) in enumerate(itertools.pairwise(way))]
+        return len(broken.intersection(steps)), total(list(way), fingers, 2)
+
+    chosen = fewest_switches(options, fingers, 2, broken)
+    assert price(chosen) == min(price(way) for way in itertools.product(*options))
 
 
 def test_a_lifted_finger_may_come_back_in_the_other_mode() -> None:

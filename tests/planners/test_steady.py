@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import gm_ompl
+from docs.tables.junctions import verdicts
 from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.contact.junction import Passage
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners import steady
+from gm_ompl.planners.choosing import LEAST, Chooser, Controlled, instants_of
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Move, Problem
@@ -33,18 +36,18 @@ def planned(name: str) -> tuple[Problem, tuple[Move, ...], tuple[Move, ...]]:
     problem = load(name).problem
     judge = _judge(problem)
     found = make_planner("astar").solve(problem, judge, Budget(), np.random.default_rng(0))
-    return problem, found.moves, steady.steady_moves(judge, found.moves)
+    return problem, found.moves, steady.steady_moves(judge, found.moves).moves
 
 
 def decisions(problem: Problem, moves: tuple[Move, ...]) -> list[ModeDecision]:
-    return [row[-1] for row in steady._decisions(problem, moves)]
+    return [instant.decision for instant in instants_of(problem, moves)]
 
 
 def force_changes(problem: Problem, moves: tuple[Move, ...]) -> float:
     """Return the total change of f_com over fingers that stay under force control."""
     total, before = 0.0, dict[int, float | None]()
-    for _, fingers, _, decision in steady._decisions(problem, moves):
-        now = dict(zip(fingers, decision.f_com, strict=True))
+    for instant in instants_of(problem, moves):
+        now = dict(zip(instant.fingers, instant.decision.f_com, strict=True))
         for finger, f in now.items():
             earlier = before.get(finger)
             if f is not None and earlier is not None:
@@ -108,7 +111,7 @@ def test_switches_are_saved_where_modes_tie() -> None:
 def test_one_force_controlled_finger_changes_its_force_least() -> None:
     """Against an exact way for one finger: its ranges of f_com by bisection, then clipping."""
     problem, before, after = planned("paper/tumble")
-    ranges = [_range(problem, instant) for instant in steady._instants(_judge(problem), before)]
+    ranges = [_range(problem, instant) for instant in Chooser(_judge(problem), before).instants]
     exact = _least_change(ranges)
     found = force_changes(problem, after)
     assert found < force_changes(problem, before)
@@ -116,10 +119,10 @@ def test_one_force_controlled_finger_changes_its_force_least() -> None:
     assert exact * (1 - 1e-9) <= found <= exact + 1e-3 * force_changes(problem, before)
 
 
-def _range(problem: Problem, instant: steady.Controlled) -> tuple[float, float]:
+def _range(problem: Problem, instant: Controlled) -> tuple[float, float]:
     decision = instant.decision
     (best,) = [f for f in decision.f_com if f is not None]
-    least = max(decision.z * (1 - steady.LEAST), problem.mechanics.z_min)
+    least = max(decision.z * (1 - LEAST), problem.mechanics.z_min)
 
     def reaches(f: float) -> bool:
         answer = instant.alternatives.at(decision.modes, np.array([f]))
@@ -154,16 +157,42 @@ def _least_change(ranges: list[tuple[float, float]]) -> float:
     return total
 
 
+@pytest.mark.parametrize(
+    ("name", "mended"), [("random/chain/12", 1), ("random/chain/15", 0), ("random/chain/18", 1)]
+)
+def test_junctions_are_kept_where_they_can_be(name: str, mended: int) -> None:
+    """Steady control that leaves them aside breaks some; now all of these plans hold in motion."""
+    problem = load(name).problem
+    judge = _judge(problem)
+    rng = np.random.default_rng(0)
+    moves = make_planner("HybridRRT").solve(problem, judge, Budget(), rng).moves
+    before, now = verdicts(judge, moves)
+    assert before.total() == now.total() == now[Passage.HOLDS]
+    assert before[Passage.HOLDS] <= now[Passage.HOLDS] - mended
+
+
+def test_what_cannot_be_kept_is_told() -> None:
+    """At a corner both sides have one choice, whose ramp holds at rest: plan and check say so."""
+    plan = gm_ompl.plan("random/chain/10", "HybridRRT")
+    told = plan.statistics.model_extra
+    assert told is not None
+    assert (told["resting_junctions"], told["failing_junctions"]) == (1, 0)
+    report = gm_ompl.check(plan)
+    assert report.holds, report.table()
+    (note,) = [note for note in report.notes if note.startswith("junctions")]
+    assert note.startswith(f"junctions: 1 where {Passage.RESTS.value}: before step ")
+
+
 def test_no_moves_stay_none() -> None:
     """An empty plan is left alone."""
     problem = load("paper/slide").problem
-    assert steady.steady_moves(_judge(problem), ()) == ()
+    assert steady.steady_moves(_judge(problem), ()) == ((), ())
 
 
 def test_margin_is_concave_in_the_command() -> None:
     """Between two commands that are stable enough every command is: z is concave in f_com."""
     problem, before, _ = planned("paper/tumble")
-    instant = next(iter(steady._instants(_judge(problem), before)))
+    instant = Chooser(_judge(problem), before).instants[0]
     modes = instant.decision.modes
     z = []
     for f in np.linspace(0.0, float(problem.fingers.max_normal_force[0]), 41):

@@ -60,6 +60,26 @@ def test_nothing_jumps(line: Timeline) -> None:
     assert np.abs(np.diff(line.force_share, axis=0)).max() <= np.pi / 2 / 0.3 * DT * 1.1
 
 
+def test_a_switch_is_the_ramp_that_was_judged(line: Timeline) -> None:
+    """One command, before or after, counts all through a switch; after a touch it starts at 0."""
+    taken = given = touched = 0
+    switching = np.flatnonzero(line.phase == PHASES.index("switch"))
+    for block in np.split(switching, np.flatnonzero(np.diff(switching) > 1) + 1):
+        before, end = block[0] - 1, block[-1]
+        for i in range(line.fingers):
+            shares, f_com = line.force_share[[before, end], i], line.f_com[block, i]
+            if shares.tolist() == [1.0, 0.0]:
+                given += 1
+                assert (f_com == line.f_com[before, i]).all()
+            elif shares.tolist() == [0.0, 1.0] and line.limit[before, i] < line.limit[end, i]:
+                touched += 1
+                assert f_com[0] < 0.1 * f_com[-1] and (np.diff(f_com) > 0.0).all()
+            elif shares.tolist() == [0.0, 1.0]:
+                taken += 1
+                assert (f_com == line.f_com[end, i]).all()
+    assert touched >= 1 and given >= 1, (taken, given, touched)
+
+
 def test_the_timeline_passes_through_the_plan(line: Timeline, regrasp_plan: Plan) -> None:
     """It begins at the plan's first pose, ends at its last, and fingers touch where planned."""
     first, last = regrasp_plan.steps[0], regrasp_plan.steps[-1]

@@ -19,7 +19,7 @@ from gm_ompl.planners.ompl.run import judged_anew
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
-from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.registry import make_planner, suited
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
@@ -49,6 +49,7 @@ def setup(
     seed = whole("seed", seed, 0)
     searcher = make_planner(planner or "RRTConnect", parameters)
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
+    suited(searcher, given.problem)
     prepare(given.problem)
     judge = Judge(given.problem, make_backend(given.problem))
     made = HybridSetup(judge, np.random.default_rng(seed))
@@ -78,7 +79,9 @@ def plan_from(setup: Any) -> Plan:
     refuse_unsound(setup.getPlanner())
     started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
-    moves = () if states is None else steady_moves(setup.judge, judged_anew(problem, states))
+    found = () if states is None else judged_anew(problem, states)
+    steady = steady_moves(setup.judge, found)
+    moves = steady.moves
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
@@ -88,6 +91,7 @@ def plan_from(setup: Any) -> Plan:
         "mode_decisions": setup.judge.mode_decisions,
         "history": [[spent, sum(move.cost for move in moves) if states else None, None]],
         **ending.statistics,
+        **steady.statistics(),
     }
     return assemble(
         problem,
