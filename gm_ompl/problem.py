@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,10 @@ Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
 
 
+Z_FLOOR: Final = 0.01
+"""What a smaller margin counts as in Eq. (9), over M g."""
+
+
 @dataclass(frozen=True, eq=False)
 class Fingers:
     """The hand: n fingertips and where each may be placed.
@@ -33,6 +37,7 @@ class Fingers:
         radius: (n,), fingertip radius.
         max_normal_force: (n,), f_max.
         friction: (n,), Coulomb coefficient against the object.
+        soft: (n,), length L of a soft fingertip's moment mu L about the normal; 0 is a point.
         placements: the placements, common to all fingers.
         start: per finger, its placement in the start state, or None for any.
         goal: likewise in the goal state.
@@ -41,13 +46,14 @@ class Fingers:
     radius: Array
     max_normal_force: Array
     friction: Array
+    soft: Array
     placements: PlacementTable
     start: tuple[int | None, ...]
     goal: tuple[int | None, ...]
 
     def __post_init__(self) -> None:
         n = len(self.start)
-        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,))
+        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,), soft=(n,))
 
     @property
     def count(self) -> int:
@@ -72,13 +78,13 @@ class Fingers:
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 
-        Fingers are interchangeable when radius, limit, friction, start and goal are equal.
+        Fingers are interchangeable when radius, limit, friction, soft, start and goal are equal.
         """
         groups: dict[tuple[object, ...], list[int]] = {}
         for i in range(self.count):
             key = (
                 float(self.radius[i]), float(self.max_normal_force[i]), float(self.friction[i]),
-                self.start[i], self.goal[i],
+                float(self.soft[i]), self.start[i], self.goal[i],
             )  # fmt: skip
             groups.setdefault(key, []).append(i)
         return tuple(tuple(group) for group in groups.values())
@@ -91,7 +97,7 @@ class MechanicsSettings:
     Attributes:
         gravity: g, along the world's -z.
         cone_edges: s.
-        z_min: the threshold on the stability margin.
+        z_min: the threshold on the stability margin; 0 asks for equilibrium alone.
         backend: "kernel" (compiled) or "highs" (the reference).
     """
 
@@ -109,11 +115,13 @@ class CostSettings:
         regrasp: X_regr of Eq. (10).
         stability: X_stab of Eq. (9).
         samples_per_arc: P of Eq. (9).
+        z_floor: what a smaller margin counts as in Eq. (9); None stands for 0.01 M g.
     """
 
     regrasp: float = 100.0
     stability: float = 0.01
     samples_per_arc: int = 3
+    z_floor: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +159,19 @@ class Problem:
     def __post_init__(self) -> None:
         fix(self, inertia=(3, 3))
 
+    @property
+    def force_scale(self) -> float:
+        """M g; without gravity the largest f_max, else 1."""
+        weight = self.mass * self.mechanics.gravity
+        return weight or float(self.fingers.max_normal_force.max(initial=0.0)) or 1.0
+
+    @property
+    def z_floor(self) -> float:
+        """What a smaller margin counts as in Eq. (9): at most z_min where that is positive."""
+        given, z_min = self.cost.z_floor, self.mechanics.z_min
+        floor = Z_FLOOR * self.force_scale if given is None else given
+        return min(floor, z_min) if z_min > 0.0 else floor
+
     @cached_property
     def object_graph(self) -> ObjectGraph:
         """What searches on the lattice walk.
@@ -183,6 +204,7 @@ class Problem:
             inertia=self.inertia,
             gravity=self.mechanics.gravity,
             cone_edges=self.mechanics.cone_edges,
+            soft=self.fingers.soft[hand],
         )
 
 

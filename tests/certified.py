@@ -65,15 +65,16 @@ def _no_equilibrium(model: Statics, verdict: InternalForce | None, record: Recor
 
 def least(model: Statics, decision: ModeDecision, kept: Array) -> float:
     """Return the z that the solutions (N, 76) prove, at the decision's modes and f_com."""
-    e, n, s = model.env_wrenches.shape[1], model.fingers, model.edges
+    e, n = model.env_wrenches.shape[1], model.fingers
+    tips = _tips(model)
+    s = max((columns.shape[1] for columns in tips), default=0)
     tau = kept[0] / max(1.0, float(model.f_max.max(initial=0.0)))
     k = np.maximum(kept[1 : 1 + e + n * s], 0.0)
-    tips = model.rob_wrenches / model.normal_parts.max(axis=0, initial=0.0)
-    whole = np.outer(model.load, tau) + np.hstack([model.env_wrenches, tips]) @ k
+    whole = np.outer(model.load, tau) + np.hstack([model.env_wrenches, *tips]) @ k
     rest = np.linalg.norm(whole - DIRECTIONS[CODES].T, axis=0)
     pressing = k[e:].reshape(n, s, len(CODES)).sum(axis=1)
     for i, f in enumerate(decision.f_com):
-        arm = float(np.linalg.norm(tips[:, i * s : (i + 1) * s], axis=0).max())
+        arm = float(np.linalg.norm(tips[i], axis=0).max())
         if f is None:
             rest += arm * np.maximum(pressing[i] - model.f_max[i] * tau, 0.0)
         else:
@@ -81,6 +82,21 @@ def least(model: Statics, decision: ModeDecision, kept: Array) -> float:
     with np.errstate(divide="ignore"):
         z = np.where(rest < 0.5, (1.0 - rest) / tau, 0.0)
     return float(z.min())
+
+
+def _tips(model: Statics) -> list[Array]:
+    """Return per finger its columns for unit normal force (6, s).
+
+    Beside soft fingers the kernel gives a point its plain normal force twice more: the mean of its
+    edges.
+    """
+    tips = [model.rob_wrenches[:, own] / model.normal_parts[i, own]
+            for i, own in enumerate(model.columns)]  # fmt: skip
+    s = max((columns.shape[1] for columns in tips), default=0)
+    return [
+        np.hstack([columns] + [columns.mean(axis=1, keepdims=True)] * (s - columns.shape[1]))
+        for columns in tips
+    ]
 
 
 def _exactly(model: Statics) -> dict[int, InternalForce]:

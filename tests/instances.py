@@ -7,6 +7,7 @@ friction, no gravity, limits that leave f_com a thin range, any unit of length a
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -43,6 +44,18 @@ def random_instance(rng: np.random.Generator, fingers: int | None = None) -> Ins
     )
 
 
+def softened(rng: np.random.Generator, instant: Instant) -> Instant:
+    """Return the instant with soft fingertips: all alike, each its own, or some of them points."""
+    n, size = len(instant.points), float(np.linalg.norm(instant.points, axis=1).max(initial=1e-9))
+    soft = size * 10.0 ** rng.uniform(-4, 0, size=n)
+    kind = rng.random()
+    if kind < 0.5:
+        soft[:] = soft[:1]
+    elif kind < 0.75:
+        soft[rng.random(n) < 0.5] = 0.0
+    return dataclasses.replace(instant, soft=soft)
+
+
 def random_contacts(rng: np.random.Generator, half: Array) -> ContactState:
     """Return random environment contacts of a box with the given half sides (3,)."""
     kinds: dict[str, Callable[[np.random.Generator, Array], ContactState]] = {
@@ -66,7 +79,7 @@ def in_other_axes(instant: Instant, turn: Array) -> Instant:
     return Instant(
         contacts, instant.points @ turn.T, instant.normals @ turn.T, instant.friction,
         instant.max_normal_force, instant.environment_friction, instant.mass,
-        turn @ instant.inertia @ turn.T, instant.gravity, instant.cone_edges,
+        turn @ instant.inertia @ turn.T, instant.gravity, instant.cone_edges, instant.soft,
     )  # fmt: skip
 
 
@@ -78,6 +91,7 @@ def rescaled(instant: Instant, length: float = 1.0, force: float = 1.0) -> Insta
         contacts, instant.points * length, instant.normals, instant.friction,
         instant.max_normal_force * force, instant.environment_friction, instant.mass,
         instant.inertia * length**2, instant.gravity * force, instant.cone_edges,
+        instant.soft * length,
     )  # fmt: skip
 
 

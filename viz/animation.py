@@ -94,6 +94,11 @@ class Animation:
         """The scenario's name, as its author wrote it."""
         return str(self.plan.scenario.get("name", "scenario"))
 
+    def finger_name(self, finger: int) -> str:
+        """Return the finger in words: its number, and its length L where it is soft."""
+        L = float(self.problem.fingers.soft[finger])
+        return f"soft finger {finger} (L = {L:.4g})" if L > 0.0 else f"finger {finger}"
+
     def centre(self, finger: int, place: PlacementRecord) -> Array:
         """Return the centre (3,) of fingertip ``finger`` at ``place``, object frame."""
         radius = float(self.problem.fingers.radius[finger])

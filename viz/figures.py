@@ -145,7 +145,7 @@ def _force(ax: Any, animation: Animation, axis: PlanAxis, i: int, ranges: Array)
     if (~np.isnan(force)).any():
         ax.plot(*_edges(axis, force), color=orange, linewidth=1.4, label="commanded")
     ax.axhline(limit, color="0.3", linewidth=0.7, linestyle=":", label="limit")
-    ax.set_ylabel(f"normal force\nfinger {i}")
+    ax.set_ylabel(f"normal force\n{animation.finger_name(i)}")
     ax.set_ylim(-0.05 * limit if limit else -0.05, 1.15 * limit if limit else 1.0)
 
 

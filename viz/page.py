@@ -46,7 +46,7 @@ def _bands(animation: Animation) -> Iterator[str]:
         shares = [None if f is None else f / limit if limit > 0 else 0.0 for f in forces]
         curve = f'<path class="force" d="{_steps(animation, shares, RIBBON + 4.0, HEIGHT)}"/>'
         parts = [*_regrasps(animation), *_ribbon(animation, i), curve]
-        yield _band(f"finger {i}: f_com, mode", limit, parts)
+        yield _band(f"{animation.finger_name(i)}: f_com, mode", limit, parts)
 
 
 def _band(label: str, top: float, parts: Iterable[str]) -> str:

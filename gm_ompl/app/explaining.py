@@ -184,7 +184,7 @@ def _set(line: SetLine) -> Iterator[str]:
 def _instant(line: InstantLine) -> Iterator[str]:
     moving = "at rest" if line.direction is None else f"moving along {_numbers(line.direction)}"
     yield f"  at {_numbers(line.q)}, {moving}: {_why(line)}"
-    if line.limit is not None and line.ratio is not None:
+    if line.limit is not None and line.z is not None:
         yield f"    the disturbance that limits z: {line.limit}"
     best = sorted(line.modes, key=lambda row: -1.0 if row.z is None else row.z, reverse=True)
     texts = (f"    {' '.join(row.modes):20s} {_mode(row)}" for row in best)

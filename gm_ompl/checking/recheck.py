@@ -42,6 +42,7 @@ class Tolerances:
         force: of 0 <= f_com <= f_max, relative to f_max.
         cost: of costs, relative; sums of products of square roots agree to far less.
         optimal: of a proven optimum, relative.
+        balance: of equilibrium where z is 0: what may be missing, over M g.
     """
 
     coordinate: float = 1e-9
@@ -55,6 +56,7 @@ class Tolerances:
     force: float = 1e-9
     cost: float = 1e-7
     optimal: float = 1e-6
+    balance: float = 1e-8
 
 
 Fingers = tuple[int, ...]
@@ -124,8 +126,7 @@ class Recheck:
     @property
     def force_scale(self) -> float:
         """The unit that small margins are measured in: M g, or the largest f_max without g."""
-        weight = self.problem.mass * self.problem.mechanics.gravity
-        return weight or float(self.problem.fingers.max_normal_force.max(initial=0.0))
+        return self.problem.force_scale
 
     def contacts(self, moment: Moment) -> ContactState:
         """Return the environment contacts at ``moment``."""
@@ -177,7 +178,8 @@ class Recheck:
             found = self._margins(model, hold, hold.modes, hold.f_com)
             if found is not None and NEGLIGIBLE < found.z < np.inf:
                 return found.z * model.scale
-            return margin(self._instant(hold), hold.modes, hold.f_com)
+            allowed = self.tolerances.balance
+            return margin(self._instant(hold), hold.modes, hold.f_com, allowed)
 
         return self._once("margin", hold, (hold.modes, hold.f_com), solved)
 

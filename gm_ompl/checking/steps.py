@@ -70,12 +70,11 @@ def _check_cost(
 ) -> None:
     """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
     z = np.array([segment.z for segment in step.segments])
-    if not (z > 0).all():
+    if not (z >= 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
-    weights = 1.0 + recheck.problem.cost.stability / z
-    cost = float(
-        (weights @ arc.chords(recheck.problem.fingers.centres(rows), len(z))).max(initial=0.0)
-    )
+    problem = recheck.problem
+    weights = 1.0 + problem.cost.stability / np.maximum(z, problem.z_floor)
+    cost = float((weights @ arc.chords(problem.fingers.centres(rows), len(z))).max(initial=0.0))
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
     found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from gm_ompl.arrays import Array, fix
 
@@ -44,6 +46,9 @@ class Instant:
         inertia: (3, 3), J about the centre of mass.
         gravity: g; its direction is the world's -z.
         cone_edges: s, unit edge vectors per friction cone.
+        soft: (n,), length L of each finger: beside its cone a soft fingertip has a moment of up
+            to mu L about the normal per unit of normal force; 0 is a point. Where
+            all are points it may be left out.
     """
 
     contacts: ContactState
@@ -56,11 +61,14 @@ class Instant:
     inertia: Array
     gravity: float
     cone_edges: int = 6
+    soft: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         fix(self, points=(None, 3), inertia=(3, 3))
         n = len(self.points)
-        fix(self, normals=(n, 3), friction=(n,), max_normal_force=(n,))
+        if not np.any(self.soft):
+            object.__setattr__(self, "soft", np.zeros(n))
+        fix(self, normals=(n, 3), friction=(n,), max_normal_force=(n,), soft=(n,))
 
     @property
     def force_scale(self) -> float:

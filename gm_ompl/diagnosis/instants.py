@@ -215,11 +215,16 @@ class Explainer:
         )
 
     def ratio(self, verdict: Verdict) -> float | None:
-        """Return z / z_min; 0 without equilibrium, None where geometry or (5) fails first."""
+        """Return z / z_min; 0 without equilibrium, None where geometry or (5) fails first.
+
+        None as well where z_min is 0.
+        """
         z_min = self.problem.mechanics.z_min
+        if z_min <= 0.0:
+            return None
         if verdict.finding is Finding.NO_EQUILIBRIUM:
             return 0.0
-        if verdict.decision is None or not math.isfinite(verdict.decision.z) or z_min <= 0:
+        if verdict.decision is None or not math.isfinite(verdict.decision.z):
             return None
         return verdict.decision.z / z_min
 

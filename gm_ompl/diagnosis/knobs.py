@@ -110,7 +110,8 @@ def knobs(problem: Problem) -> Iterator[Knob]:
     if hand.count:
         limits = put("fingers", "max_normal_force", False)
         yield Knob("fingers.max_normal_force", hand.max_normal_force, limits, True, True, most)
-    yield Knob("mechanics.z_min", z_min, put("mechanics", "z_min", True), False, True)
+    if problem.mechanics.z_min > 0.0:
+        yield Knob("mechanics.z_min", z_min, put("mechanics", "z_min", True), False, True)
     if hand.count:
         yield Knob("friction.finger", hand.friction, tips, True, False, _rougher(hand.friction))
     yield Knob("friction.environment", rough, ground, True, False, _rougher(rough))

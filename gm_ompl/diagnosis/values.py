@@ -39,7 +39,7 @@ class InstantLine:
         finding: what blocks it, or that it holds.
         blocked_by: what penetrates what.
         z: the best margin; None where geometry, Problem (5) or equilibrium fails.
-        ratio: z / z_min; 0 without equilibrium, None where it is not known.
+        ratio: z / z_min; 0 without equilibrium, None where it is not known or z_min is 0.
         limit: in words, the disturbance that limits z.
         modes: every combination of modes, where geometry holds.
     """

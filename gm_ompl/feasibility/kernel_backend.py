@@ -15,6 +15,7 @@ from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
+from gm_ompl.mechanics.central import Answer, settle_commands
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.problem import Placements, Problem
@@ -42,9 +43,8 @@ class KernelBackend:
         self._problem = problem
         hand, settings = problem.fingers, problem.mechanics
         self._U = columns.wrench_norm(problem.mass, problem.inertia)
-        weight = problem.mass * settings.gravity
-        self.scale = weight if weight > 0 else float(hand.max_normal_force.max(initial=0.0)) or 1.0
-        self._weight = weight / self.scale
+        self.scale = problem.force_scale
+        self._weight = problem.mass * settings.gravity / self.scale
         self._f_max = hand.max_normal_force / self.scale
         self._kinds = finger_kinds(problem)
         self._tips = self._tip_columns()
@@ -59,12 +59,9 @@ class KernelBackend:
     def _tip_columns(self) -> Array:
         """Return every finger's columns at every placement for unit normal force (n, P, s, 6)."""
         hand, s = self._problem.fingers, self._problem.mechanics.cone_edges
-        table = hand.placements
-        tips = np.empty((hand.count, len(table), s, 6))
-        for i in range(hand.count):
-            mu = float(hand.friction[i])
-            tips[i] = columns.fingertip_columns(table.points, table.normals, mu, s, self._U)
-        return tips
+        points = np.broadcast_to(hand.placements.points, (hand.count, len(hand.placements), 3))
+        normals = np.broadcast_to(hand.placements.normals, points.shape)
+        return columns.hand_columns(points, normals, hand.friction, hand.soft, s, self._U)
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""
@@ -114,13 +111,25 @@ class KernelBackend:
     ) -> ModeDecision | None:
         self.decisions += 1
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
-        end, z, direction, mask = modes.decide(
+        answer = modes.decide(
             self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
             self._f_max, DIRECTIONS, below / self.scale, -1, -1, f_com, y,
         )  # fmt: skip
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)
-        return as_decision(end, z, direction, mask, f_com.tolist(), self.scale)
+        return self._decision(environment, hand, placements, answer, f_com)
+
+    def _decision(
+        self, environment: int, hand: IntArray, rows: Placements, answer: Answer, f_com: Array
+    ) -> ModeDecision | None:
+        """Return the decision that the kernel's answer is, None where it proves nothing."""
+        if answer[1] == 0.0:  # f_com is left free
+            settle_commands(
+                self._env[environment], self._load[environment],
+                self._tips[hand, np.array(rows, dtype=np.int64)], self._f_max[hand],
+                answer, DIRECTIONS, f_com,
+            )  # fmt: skip
+        return as_decision(*answer, f_com.tolist(), self.scale)
 
     def _fall_back(
         self, environment: int, fingers: tuple[int, ...], placements: Placements
@@ -181,12 +190,13 @@ class KernelBackend:
     def _answer(self, environment: int, rows: IntArray, answers: Decisions, k: int) -> ModeDecision:
         """Return decision ``k`` and keep the cut that it leaves."""
         self.pool.add(environment, self._load[environment], answers.wrenches[k])
-        decision = as_decision(
+        answer = (
             int(answers.ends[k]), float(answers.zs[k]), int(answers.directions[k]),
-            int(answers.masks[k]), answers.commands[k].tolist(), self.scale,
+            int(answers.masks[k]),
         )  # fmt: skip
-        everyone = tuple(range(len(rows)))
-        return decision or self._fall_back(environment, everyone, tuple(rows.tolist()))
+        everyone, placements = np.arange(len(rows)), tuple(rows.tolist())
+        decision = self._decision(environment, everyone, placements, answer, answers.commands[k])
+        return decision or self._fall_back(environment, tuple(range(len(rows))), placements)
 
     def _hand(self, fingers: tuple[int, ...]) -> tuple[Placements, IntArray]:
         """Return the fingers' kinds and their numbers as an array."""

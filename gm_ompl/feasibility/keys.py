@@ -18,7 +18,8 @@ DECIMALS = 9
 def finger_kinds(problem: Problem) -> tuple[int, ...]:
     """Return per finger the first finger that is like it to the mechanics."""
     hand = problem.fingers
-    traits = list(zip(hand.max_normal_force.tolist(), hand.friction.tolist(), strict=True))
+    limits, friction, soft = (a.tolist() for a in (hand.max_normal_force, hand.friction, hand.soft))
+    traits = list(zip(limits, friction, soft, strict=True))
     return tuple(traits.index(trait) for trait in traits)
 
 

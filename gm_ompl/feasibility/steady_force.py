@@ -60,6 +60,15 @@ class Undecided:
             if mode is ControlMode.FORCE
         )
 
+    def __post_init__(self) -> None:
+        if self.fixed:
+            self.settled = self.best, self.decision.z
+
+    @property
+    def fixed(self) -> bool:
+        """Whether f_com stays: at z = 0 no cut tells how far it is from losing equilibrium."""
+        return self.decision.z <= 0.0
+
     @property
     def best(self) -> Array:
         """The best f_com of the force-controlled fingers."""
@@ -130,7 +139,9 @@ def least_change(
 def _settled(commands: Sequence[Undecided], parts: Sequence[Array]) -> bool:
     """Try f_com at every instant; return whether all are stable enough."""
     for command, part in zip(commands, parts, strict=True):
-        if len(part) and (command.settled is None or not np.array_equal(part, command.settled[0])):
+        if command.fixed or not len(part):
+            continue
+        if command.settled is None or not np.array_equal(part, command.settled[0]):
             limits.check()
             command.try_at(part)
     return all(command.settled is not None or not command.forced for command in commands)
@@ -145,7 +156,9 @@ class _Program:
     def __init__(self, commands: Sequence[Undecided], links: Sequence[Link]) -> None:
         self._commands, self._links = commands, links
         self._firsts = np.cumsum([0, *(len(command.forced) for command in commands)])
-        self._limits = np.concatenate([command.limits for command in commands])
+        at = [(c.best, c.best) if c.fixed else (0.0 * c.limits, c.limits) for c in commands]
+        self._lowest = np.concatenate([lowest for lowest, _ in at])
+        self._limits = np.concatenate([most for _, most in at])
         self._short = np.zeros(len(links))
         pairs = []
         for k in range(len(commands) - 1):
@@ -191,6 +204,12 @@ class _Program:
         values = np.concatenate([row[0] for row in rows])
         return (values, np.concatenate([row[1] for row in rows]), ends), bounds
 
+    def _bounds(self, unit: float, others: int) -> Array:
+        """Return the bounds on all f_com over ``unit``, then on the rest, one pair each."""
+        lowest = np.concatenate([self._lowest / unit, np.zeros(others)])
+        most = np.concatenate([self._limits / unit, np.full(others, np.inf)])
+        return np.stack([lowest, most], axis=1)
+
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
         # Imported late: most plans need no such program, and scipy takes a while to load.
@@ -211,12 +230,11 @@ class _Program:
         cuts, bounds = self._cuts(unit)
         if bounds:
             values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M + L)))
-        upper = np.concatenate([self._limits / unit, np.full(M + L, np.inf)])
         result = linprog(
             np.concatenate([np.zeros(F), np.ones(M), np.full(L, PRICE)]),
             A_ub=sparse.csr_array(sparse.vstack(values)),
             b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
-            bounds=np.stack([np.zeros(len(upper)), upper], axis=1),
+            bounds=self._bounds(unit, M + L),
             options={
                 "primal_feasibility_tolerance": 1e-10,
                 "dual_feasibility_tolerance": 1e-9,

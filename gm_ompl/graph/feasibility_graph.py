@@ -51,6 +51,7 @@ class FeasibilityGraph:
         self._objects = problem.object_graph
         self._z_min = problem.mechanics.z_min
         self._X_stab, self._X_regr = problem.cost.stability, problem.cost.regrasp
+        self._z_floor = problem.z_floor
         self._fingers = tuple(range(problem.fingers.count))
         self._rests: dict[int, int] = {}
         self.sets = PlacementSets(problem.fingers.groups())
@@ -176,8 +177,10 @@ class FeasibilityGraph:
     def _cost(self, arc: ObjectArc, placements: Placements, z: Sequence[float]) -> float:
         """Return Eq. (9), ``z`` per contact state of the arc."""
         if len(z) == 1:
-            return stability_factor(z[0], self._X_stab) * arc.least_cost(placements)
-        return displacement_cost(arc.lengths_by_state(placements), z, self._X_stab)
+            factor = stability_factor(z[0], self._X_stab, self._z_floor)
+            return factor * arc.least_cost(placements)
+        lengths = arc.lengths_by_state(placements)
+        return displacement_cost(lengths, z, self._X_stab, self._z_floor)
 
     def _touching_down(self, config: int, hub: Placements) -> Iterator[int]:
         """Yield the nodes from a hub: the lifted finger at every free placement."""

@@ -29,6 +29,7 @@ class Arcs(NamedTuple):
     states: IntArray
     lengths: Array
     z_min: float
+    z_floor: float
     X_stab: float
 
 
@@ -44,8 +45,9 @@ class Ends(NamedTuple):
 def arcs_of(tables: Tables) -> Arcs:
     """Return what costs of arcs need."""
     return Arcs(
-        tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.X_stab
-    )
+        tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.z_floor,
+        tables.X_stab,
+    )  # fmt: skip
 
 
 @inlined
@@ -74,7 +76,7 @@ def arc_cost(
         memo: what the arc before has left. It is returned with the cost.
         weigh: whether lengths count; else an arc that may hold costs nothing.
     """
-    like, free, states, lengths, z_min, X_stab = arcs
+    like, free, states, lengths, z_min, z_floor, X_stab = arcs
     before, bound, margin, factor = memo
     P, row = states.shape[1], like[kind]
     most, holds = 0.0, True
@@ -92,7 +94,7 @@ def arc_cost(
         z[at, j] = least
         if least != margin:
             margin = least
-            factor = 1.0 + X_stab / margin if X_stab > 0.0 else 1.0
+            factor = 1.0 + X_stab / max(margin, z_floor) if X_stab > 0.0 else 1.0
         factors[j] = factor
     if holds and weigh:
         for k in range(len(rows)):

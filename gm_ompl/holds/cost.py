@@ -6,15 +6,13 @@ import math
 from collections.abc import Sequence
 
 
-def stability_factor(z: float, X_stab: float) -> float:
-    """Return 1 + X_stab / z of Eq. (9); +inf where z is not positive."""
-    if z > 0.0:
-        return 1.0 + X_stab / z
-    return 1.0 if z == 0.0 and X_stab == 0.0 else math.inf
+def stability_factor(z: float, X_stab: float, z_floor: float) -> float:
+    """Return 1 + X_stab / max(z, z_floor) of Eq. (9); +inf without equilibrium, where z < 0."""
+    return 1.0 + X_stab / max(z, z_floor) if z >= 0.0 else math.inf
 
 
 def displacement_cost(
-    lengths: Sequence[Sequence[float]], z: Sequence[float], X_stab: float
+    lengths: Sequence[Sequence[float]], z: Sequence[float], X_stab: float, z_floor: float
 ) -> float:
     """Return Eq. (9), the largest of the fingers' travels, each weighted by stability.
 
@@ -22,8 +20,9 @@ def displacement_cost(
         lengths: per finger, per segment j, |dq_finger i,j|.
         z: per segment, the stability margin.
         X_stab: the weight of stability.
+        z_floor: what a smaller margin counts as; positive.
     """
-    factors = [stability_factor(value, X_stab) for value in z]
+    factors = [stability_factor(value, X_stab, z_floor) for value in z]
     if math.inf in factors:
         return math.inf
     return max(

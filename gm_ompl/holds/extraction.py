@@ -115,7 +115,9 @@ def _displacement(
         end=way.coordinates[k + 1],
         placements=hand.placements,
         segments=tuple(_reordered(decision, slots) for decision in decisions),
-        cost=displacement_cost(lengths, [d.z for d in decisions], problem.cost.stability),
+        cost=displacement_cost(
+            lengths, [d.z for d in decisions], problem.cost.stability, problem.z_floor
+        ),
     )
 
 

@@ -58,6 +58,7 @@ class Tables(NamedTuple):
         ahead: (n, placements, V), lower bound on travel to the goal, this finger kept.
         least: (V,), lower bound on travel to the goal with whatever placements.
         z_min: the threshold, over the kernel's unit of force.
+        z_floor: what a smaller margin counts as in Eq. (9), likewise.
         X_stab: of Eq. (9), over the kernel's unit of force.
         X_regr: cost of a regrasp.
     """
@@ -77,6 +78,7 @@ class Tables(NamedTuple):
     ahead: Array
     least: Array
     z_min: float
+    z_floor: float
     X_stab: float
     X_regr: float
 
@@ -185,6 +187,7 @@ class ArcTable:
             ahead=np.empty((0, 0, 0)),
             least=np.empty(0),
             z_min=problem.mechanics.z_min / scale,
+            z_floor=problem.z_floor / scale,
             X_stab=problem.cost.stability / scale,
             X_regr=float(problem.cost.regrasp),
         )

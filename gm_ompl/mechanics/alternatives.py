@@ -14,7 +14,9 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import modes
+from gm_ompl.mechanics.central import settle_commands
 from gm_ompl.mechanics.certificate import into_polar, proven, reach, separates_environment
+from gm_ompl.mechanics.equilibrium import balance
 from gm_ompl.mechanics.instant import (
     DIRECTIONS,
     as_decision,
@@ -26,7 +28,7 @@ from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.resistance import new_resistance
 from gm_ompl.mechanics.sides import SIDES
 from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE
-from gm_ompl.mechanics.stability import FAILED, REACHED, cut, fill, run_pass
+from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, cut, fill, run_pass
 from gm_ompl.mechanics.tableau import NEVER
 
 
@@ -66,8 +68,8 @@ def commanded_margin(
         slopes: output (number of force-controlled fingers,).
 
     Returns:
-        REACHED or FAILED (no proof), z (-inf where some direction cannot be resisted), and the
-        constant c of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
+        REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the constant c
+        of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
     """
     e, n, s = len(env), len(tips), tips.shape[1]
     m, N = 6 + n, 1 + e + n * s + n
@@ -87,8 +89,29 @@ def commanded_margin(
     slopes /= h or 1.0
     z = c + float(slopes @ f[force])
     if end == INFEASIBLE:
-        return REACHED, -np.inf, c
+        return _balanced_margin(env, q, tips, f_max, force, f, z, c, slopes)
     return REACHED if proven(v, z) else FAILED, z, c
+
+
+def _balanced_margin(
+    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, f: Array, z: float,
+    c: float, slopes: Array,
+) -> tuple[int, float, float]:  # fmt: skip
+    """z of ``commanded_margin`` where some direction cannot be resisted: 0 or -inf.
+
+    ``z`` is what the direction's bound c + slopes . f_com allows; where that is not negative but
+    nothing balances the load, a bound that is takes its place.
+    """
+    w, y = np.zeros(6), np.zeros(6)
+    margin = separates_environment(env, w)
+    end = balance(env, q, tips, f_max, force, f, DIRECTIONS, w, margin, y, np.empty(len(f)))
+    if end == REACHED:
+        return REACHED, 0.0, c
+    if end == BELOW and z >= 0.0:
+        h = reach(DIRECTIONS, y)
+        c = cut(q, tips, f_max, force, y, slopes) / h
+        slopes /= h
+    return (REACHED, -np.inf, c) if end == BELOW or z < 0.0 else (FAILED, 0.0, c)
 
 
 @final
@@ -142,7 +165,9 @@ class Alternatives:
         )
         if end != modes.STABLE or z * self._scale < least:
             return None
-        return as_decision(modes.STABLE, z, direction, mask, f.tolist(), self._scale)
+        answer = (modes.STABLE, z, direction, mask)
+        settle_commands(self._env, self._q, self._tips, self._f_max, answer, DIRECTIONS, f)
+        return as_decision(*answer, f.tolist(), self._scale)
 
     def at(
         self, chosen: tuple[ControlMode, ...], f_com: Array

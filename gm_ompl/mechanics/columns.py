@@ -79,6 +79,40 @@ def fingertip_columns(points: Array, normals: Array, friction: float, s: int, U:
     return np.ascontiguousarray(edge_weights(friction, s) * np.sqrt(1.0 + friction**2) @ axes)
 
 
+def twisting_columns(points: Array, normals: Array, moment: float, U: Array) -> Array:
+    """Return what a soft fingertip has besides its edges, shape (P, 2, 6), U applied.
+
+    Unit normal force with plus and minus ``moment`` (mu L) about the normal.
+    """
+    arms = cross(points, normals)
+    twists = [np.concatenate([normals, arms + m * normals], axis=1) for m in (moment, -moment)]
+    both: Array = np.stack(twists, axis=1) @ U.T
+    return both
+
+
+def hand_columns(
+    points: Array, normals: Array, friction: Array, soft: Array, s: int, U: Array
+) -> Array:
+    """Return the columns of all fingers at their placements, (n, P, s, 6), or (n, P, s + 2, 6).
+
+    Args:
+        points: (n, P, 3), each finger's placements.
+        normals: (n, P, 3), unit, into the object.
+        friction: (n,), Coulomb coefficients.
+        soft: (n,), lengths L. Where any is positive all fingers have two more columns: those of a
+            point beside soft ones are its plain normal force, which its cone contains.
+        s: edges per cone.
+        U: (6, 6), see ``wrench_norm``.
+    """
+    n, P = points.shape[:2]
+    edges = [fingertip_columns(points[i], normals[i], friction[i], s, U) for i in range(n)]
+    if not soft.any():
+        return np.array(edges).reshape(n, P, s, 6)
+    moments = friction * soft
+    twists = [twisting_columns(points[i], normals[i], moments[i], U) for i in range(n)]
+    return np.concatenate([np.array(edges), np.array(twists)], axis=2)
+
+
 def load(rotation: Array, weight: float, U: Array) -> Array:
     """Return U Q_known (6,) for gravity: ``weight`` (over force_scale) along the world's -z."""
     Q_known = np.zeros(6)

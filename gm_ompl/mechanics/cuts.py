@@ -17,6 +17,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
+from gm_ompl.mechanics.stability import BALANCED
 
 BLOCK = 8
 """Cuts of one contact state that lie side by side in memory: one cache line per placement."""
@@ -105,7 +106,11 @@ def write_cuts(
 
 @compiled
 def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
-    """Return the least bound on z that a state's cuts give for one set of placements."""
+    """Return the least bound on z that a state's cuts give for one set of placements.
+
+    It is negative where a cut proves that nothing balances the load: forces that do so but for
+    BALANCED have a bound of -BALANCED at least, as h_P(y) >= |y|.
+    """
     members, constants, terms, kinds = cuts.members, cuts.constants, cuts.terms, cuts.kinds
     best = np.inf
     for m in range((cuts.counts[state] + BLOCK - 1) // BLOCK):
@@ -120,7 +125,7 @@ def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
             z6, z7 = z6 + terms[b, k, g, 6], z7 + terms[b, k, g, 7]
         z0, z1, z2, z3 = min(z0, z4), min(z1, z5), min(z2, z6), min(z3, z7)
         best = min(best, min(min(z0, z1), min(z2, z3)))
-    return max(best, 0.0)
+    return best if best < -BALANCED else max(best, 0.0)
 
 
 @final

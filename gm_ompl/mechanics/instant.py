@@ -12,6 +12,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
+from gm_ompl.mechanics.central import settle_commands
 from gm_ompl.mechanics.certificate import Record, record_of
 
 OUTCOMES = {
@@ -57,19 +58,18 @@ def _held(mask: int, fingers: int) -> tuple[ControlMode, ...]:
 
 
 def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
-    """Return (env (e, 6), q (6,), tips (n, s, 6), f_max (n,)), forces over force_scale."""
-    U = columns.wrench_norm(instant.mass, instant.inertia)
-    s, n = instant.cone_edges, len(instant.points)
+    """Return (env (e, 6), q (6,), tips (n, s, 6), f_max (n,)), forces over force_scale.
+
+    Soft fingers have two columns more than s.
+    """
+    U, s = columns.wrench_norm(instant.mass, instant.inertia), instant.cone_edges
     env = columns.environment_columns(instant.contacts, instant.environment_friction, s, U)
     scale = instant.force_scale
     q = columns.load(instant.contacts.rotation, instant.mass * instant.gravity / scale, U)
-    tips = np.empty((n, s, 6))
-    for i in range(n):
-        at = slice(i, i + 1)
-        tips[i] = columns.fingertip_columns(
-            instant.points[at], instant.normals[at], float(instant.friction[i]), s, U
-        )[0]
-    return env, q, tips, instant.max_normal_force / scale
+    tips = columns.hand_columns(
+        instant.points[:, None], instant.normals[:, None], instant.friction, instant.soft, s, U
+    )
+    return env, q, np.ascontiguousarray(tips[:, 0]), instant.max_normal_force / scale
 
 
 def decide_columns(
@@ -96,6 +96,7 @@ def decide_instant(
     answer = decide_columns(
         env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
     )
+    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
     return _in_units(instant, answer, f_com)
 
 
@@ -107,11 +108,12 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
     """
     env, q, tips, f_max = instant_columns(instant)
     n = len(f_max)
-    record, f_com = record_of(n, len(env) + n * instant.cone_edges), np.zeros(n)
+    record, f_com = record_of(n, len(env) + n * tips.shape[1]), np.zeros(n)
     everyone, there = np.arange(n), np.zeros(n, dtype=np.int64)
     answer = modes.prove(
         env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, record, f_com, np.zeros(6)
     )
+    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
     return _in_units(instant, answer, f_com), record
 
 

@@ -163,6 +163,7 @@ def _tables(pool: CutPool) -> tuple[Tables, CutTables]:
         ahead=np.zeros((1, 2, 2)),
         least=np.zeros(2),
         z_min=0.0,
+        z_floor=1.0,
         X_stab=0.0,
         X_regr=0.0,
     )

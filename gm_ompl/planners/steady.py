@@ -105,7 +105,8 @@ def _with_decisions(
         cost = move.cost
         z = [decision.z for decision in segments]
         if z != [decision.z for decision in move.segments]:
-            cost = displacement_cost(_lengths(problem, move), z, problem.cost.stability)
+            lengths = _lengths(problem, move)
+            cost = displacement_cost(lengths, z, problem.cost.stability, problem.z_floor)
         yield dataclasses.replace(move, segments=segments, cost=cost)
 
 

@@ -17,12 +17,11 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.errors import SolverError
+from gm_ompl.reference.equilibrium import BALANCED
 from gm_ompl.reference.statics import Statics
 
 DANTZIG_STEPS = 8
 """Pivots per row towards one right-hand side before Bland's rule takes over: it cannot cycle."""
-MISSED = 1e-9
-"""Forces that miss equilibrium by less than this (over M g) balance (convention)."""
 MAX_STEPS = 60
 """Pivots per row before giving up."""
 MOST_WORK = 10**10
@@ -97,14 +96,17 @@ def exact_margin(
     return ExactMargin(float(1 / worst) if worst else np.inf, direction, y, worst)
 
 
-def balanced(model: Statics, limits: Array, force: BoolArray, effort: Effort) -> bool:
-    """Whether forces balance the load (Eq. (3), no disturbance), up to MISSED.
+def balanced(
+    model: Statics, limits: Array, force: BoolArray, effort: Effort, allowed: float = BALANCED
+) -> bool:
+    """Whether forces balance the load (Eq. (3), no disturbance), up to ``allowed``.
 
     Args:
         model: the mechanics.
         limits: (n,), f_com under force control, else f_max, in units of ``Statics.scale``.
         force: (n,), which fingers are force-controlled.
         effort: what it may cost.
+        allowed: forces that miss equilibrium by no more (over M g) balance.
 
     Raises:
         SolverError: where that does not suffice.
@@ -118,16 +120,15 @@ def balanced(model: Statics, limits: Array, force: BoolArray, effort: Effort) ->
     missed = -float(y @ model.load)
     for i, (limit, sigma) in enumerate(zip(limits, _supports(model, y), strict=True)):
         missed -= float(limit) * (sigma if force[i] else max(sigma, 0.0))
-    return missed <= MISSED * float(np.linalg.norm(y))
+    return missed <= allowed * float(np.linalg.norm(y))
 
 
 def _supports(model: Statics, y: Array) -> list[float]:
     """Return per finger the most work that y (6,) gets from a unit normal force."""
-    s, found = model.edges, []
-    for i in range(model.fingers):
-        tips = slice(i * s, (i + 1) * s)
-        found.append(float(((y @ model.rob_wrenches[:, tips]) / model.normal_parts[i, tips]).max()))
-    return found
+    return [
+        float(((y @ model.rob_wrenches[:, own]) / model.normal_parts[i, own]).max())
+        for i, own in enumerate(model.columns)
+    ]
 
 
 def columns_of(

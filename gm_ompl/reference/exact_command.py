@@ -101,11 +101,11 @@ def _cut(model: Statics, y: Sequence[Fraction], force: BoolArray) -> tuple[float
 
     h = max(dot(np.array(side, dtype=float)) * length
             for side, length in zip(SIDES, LENGTHS, strict=True))  # fmt: skip
-    c, slopes, s = dot(model.load), [], model.edges
-    for i in range(model.fingers):
+    c, slopes = dot(model.load), []
+    for i, own in enumerate(model.columns):
         sigma = max(
             dot(model.rob_wrenches[:, j]) / Fraction(float(model.normal_parts[i, j]))
-            for j in range(i * s, (i + 1) * s)
+            for j in range(own.start, own.stop)
         )
         if force[i]:
             slopes.append(float(sigma / h))

@@ -85,9 +85,8 @@ def exactly(A: Array) -> InternalForce:
 
 def unit_wrenches(model: Statics, position: Collection[int]) -> Array:
     """Return R^(1/2) W C, (6, e), columns scaled to unit norm (7), force control left out."""
-    s = model.edges
     rob = model.rob_wrenches
-    columns = [model.env_wrenches, *(rob[:, i * s : (i + 1) * s] for i in sorted(position))]
+    columns = [model.env_wrenches, *(rob[:, model.columns[i]] for i in sorted(position))]
     A = np.hstack(columns)
     units: Array = A / np.linalg.norm(A, axis=0)
     return units

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 import itertools
-import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -160,7 +159,8 @@ class ReferenceJudge:
 
     def displacement_cost(self, arc: Arc, placements: Placements, z: Sequence[float]) -> float:
         """Return Eq. (9) for an arc whose equal segments have the margins ``z``."""
-        weights = [1.0 + _penalty(self.problem.cost.stability, z_j) for z_j in z]
+        X_stab, floor = self.problem.cost.stability, self.problem.z_floor
+        weights = [1.0 + X_stab / max(z_j, floor) for z_j in z]
         travels = [
             arc.chords(self._centres[i][p : p + 1], len(z))[:, 0] for i, p in enumerate(placements)
         ]
@@ -238,12 +238,6 @@ class ReferenceJudge:
                 self._centres[j][q : q + 1], float(radius[j]),
             )[0, 0]
         )  # fmt: skip
-
-
-def _penalty(stability: float, z: float) -> float:
-    if z == 0.0:
-        return math.inf if stability > 0 else 0.0
-    return stability / z
 
 
 def _rounded(contacts: ContactState, length: float) -> bytes:

@@ -11,8 +11,8 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.equilibrium import in_equilibrium
 from gm_ompl.reference.exact import Effort, balanced
-from gm_ompl.reference.stability import in_equilibrium
 from gm_ompl.reference.statics import Statics
 
 

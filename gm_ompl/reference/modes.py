@@ -10,6 +10,7 @@ import numpy as np
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
+from gm_ompl.reference.equilibrium import BALANCED, central_command
 from gm_ompl.reference.internal_force import InternalForce, excessive_internal_force
 from gm_ompl.reference.stability import Stability, stability, stability_at
 from gm_ompl.reference.statics import Statics, force_unit, statics
@@ -82,20 +83,24 @@ def all_mode_sets(instant: Instant) -> tuple[ModeSet, ...]:
     return tuple(_judge(model, modes) for modes in combinations(model.fingers))
 
 
-def margin(instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None]) -> float:
+def margin(
+    instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None],
+    allowed: float = BALANCED,
+) -> float:  # fmt: skip
     """Return z for fixed modes and fixed f_com; Problem (5) is not asked.
 
     Args:
         instant: the contacts, the fingers, the object.
         modes: per finger.
         f_com: per finger, its commanded normal force; None under position control.
+        allowed: what may be missing of equilibrium, over M g.
 
     Raises:
         SolverError: the solver returned no answer.
     """
     model = statics(instant)
     commanded = np.array([0.0 if f is None else f for f in f_com], dtype=np.float64)
-    return stability_at(model, modes, commanded / model.scale).z * model.scale
+    return stability_at(model, modes, commanded / model.scale, allowed).z * model.scale
 
 
 def choose(sets: Sequence[ModeSet], prefer: Modes | None = None) -> ModeSet | None:
@@ -120,12 +125,14 @@ def decision(best: ModeSet | None, instant: Instant) -> ModeDecision:
         return ModeDecision(Outcome.INTERNAL_FORCE, -np.inf)
     if best.stability.z == -np.inf:
         return ModeDecision(Outcome.NO_EQUILIBRIUM, -np.inf)
-    scale = force_unit(instant)
+    scale, commands = force_unit(instant), best.stability.f_com
+    if best.stability.z == 0.0 and ControlMode.FORCE in best.modes:
+        force = np.array([mode is ControlMode.FORCE for mode in best.modes])
+        central = central_command(statics(instant), force)
+        commands = commands if central is None else central
     f_com = tuple(
         min(float(f) * scale, float(most)) if mode is ControlMode.FORCE else None
-        for mode, f, most in zip(
-            best.modes, best.stability.f_com, instant.max_normal_force, strict=True
-        )
+        for mode, f, most in zip(best.modes, commands, instant.max_normal_force, strict=True)
     )
     z = best.stability.z * scale
     return ModeDecision(Outcome.STABLE, z, best.modes, f_com, best.stability.direction)

@@ -115,9 +115,10 @@ def _by_solution(
     pressing = k[:, model.env_wrenches.shape[1] :] @ model.normal_parts.T
     wrong = np.where(force, np.abs(pressing - f_com), np.maximum(pressing - model.f_max, 0.0))
     # A normal force put right moves the wrench by so much.
-    arms = np.linalg.norm(model.rob_wrenches, axis=0).reshape(n, model.edges)
-    arms = arms.max(axis=1, initial=0.0)
-    arms /= model.normal_parts.max(axis=1, initial=1e-300)
+    arms = np.array([
+        (np.linalg.norm(model.rob_wrenches[:, own], axis=0) / model.normal_parts[i, own]).max()
+        for i, own in enumerate(model.columns)
+    ])  # fmt: skip
     least = z - float((rest + wrong @ arms).max())
     y = dual.reshape(N, 6 + n)[:, :6]
     direction = int(np.abs(np.einsum("ij,ij->i", y, DIRECTIONS)).argmax())
@@ -127,15 +128,14 @@ def _by_solution(
 
 def upper_bound(model: Statics, force: BoolArray, verdict: InternalForce, y: Array) -> float:
     """Return the bound on z for every f_com that wrenches y (K, 6) prove together."""
-    env, s = model.env_wrenches, model.edges
+    env = model.env_wrenches
     outside = np.maximum(y @ env, 0.0).max(axis=1, initial=0.0)
     if outside.any():
         y = y - (outside / verdict.margin)[:, None] * verdict.wrench
     h = float((y @ DIRECTIONS.T).max(axis=1).sum())
     bound = float((y @ model.load).sum())
-    for i in range(model.fingers):
-        columns = slice(i * s, (i + 1) * s)
-        tips = model.rob_wrenches[:, columns] / model.normal_parts[i, columns]
+    for i, own in enumerate(model.columns):
+        tips = model.rob_wrenches[:, own] / model.normal_parts[i, own]
         sigma = (y @ tips).max(axis=1)
         slope = sigma.sum() if force[i] else np.maximum(sigma, 0.0).sum()
         bound += float(model.f_max[i]) * max(float(slope), 0.0)

@@ -16,6 +16,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.equilibrium import BALANCED, blocks, in_equilibrium
 from gm_ompl.reference.exact import Effort, balanced, exact_margin
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.program import LinearProgram, LpSolution, LpStatus
@@ -82,17 +83,17 @@ def stability_program(model: Statics, modes: Sequence[ControlMode]) -> LinearPro
     """
     n, N = model.fingers, len(DIRECTIONS)
     force = _force(modes)
-    A, normal = _block(model)
+    A, normal = blocks(model)
     k = A.shape[1]
     toward_f_com = np.vstack([np.zeros((6, n)), -np.diag(force.astype(float))])
     coupling = np.vstack([
         np.column_stack([np.append(-direction, np.zeros(n)), toward_f_com])
         for direction in DIRECTIONS
     ])  # fmt: skip
-    blocks = sparse.kron(sparse.eye_array(N), sparse.csc_array(np.vstack([A, normal])))
+    repeated = sparse.kron(sparse.eye_array(N), sparse.csc_array(np.vstack([A, normal])))
     return LinearProgram(
         cost=np.append(1.0, np.zeros(n + N * k)),
-        matrix=sparse.csc_array(sparse.hstack([sparse.csc_array(coupling), blocks])),
+        matrix=sparse.csc_array(sparse.hstack([sparse.csc_array(coupling), repeated])),
         row_lower=np.tile(np.append(-model.load, np.where(force, 0.0, -np.inf)), N),
         row_upper=np.tile(np.append(-model.load, np.where(force, 0.0, model.f_max)), N),
         col_lower=np.zeros(1 + n + N * k),
@@ -117,11 +118,14 @@ def stability_of(solution: LpSolution, fingers: int) -> Stability:
     return Stability(z, f_com, int(shares.argmax()), solution.primal_residual())
 
 
-def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> Stability:
+def stability_at(
+    model: Statics, modes: Sequence[ControlMode], f_com: Array, allowed: float = BALANCED
+) -> Stability:
     """Solve Problem (6) for fixed f_com, (n,), one small program per direction.
 
     With f_com fixed the directions share nothing but z, so z is the least of the z_i. Exact
-    arithmetic solves what HiGHS does not.
+    arithmetic solves what HiGHS does not. Where some direction cannot be resisted, forces that
+    balance the load but for ``allowed`` are in equilibrium: z is 0 then.
 
     Raises:
         SolverError: neither returned an answer.
@@ -129,16 +133,18 @@ def stability_at(model: Statics, modes: Sequence[ControlMode], f_com: Array) -> 
     force = _force(modes)
     limits = np.where(force, f_com, model.f_max)
     try:
-        return _stability_by_highs(model, limits, force, f_com)
+        return _stability_by_highs(model, limits, force, f_com, allowed)
     except SolverError:
         effort = Effort()
         found = exact_margin(model, limits.tolist(), force, effort)
-        if found.z > 0.0 or balanced(model, limits, force, effort):
+        if found.z > 0.0 or balanced(model, limits, force, effort, allowed):
             return Stability(found.z, f_com, found.direction, 0.0)
         return Stability(-np.inf, np.zeros(0), found.direction, 0.0)
 
 
-def _stability_by_highs(model: Statics, limits: Array, force: BoolArray, f_com: Array) -> Stability:
+def _stability_by_highs(
+    model: Statics, limits: Array, force: BoolArray, f_com: Array, allowed: float
+) -> Stability:
     program = direction_program(model, limits, force)
     solver = highs.Solver(program)
     least, direction, residual = np.inf, -1, 0.0
@@ -146,7 +152,7 @@ def _stability_by_highs(model: Statics, limits: Array, force: BoolArray, f_com: 
         rows = np.append(DIRECTIONS[i], np.zeros(model.fingers))
         solution = solver.solve_for(np.where(np.isinf(program.row_lower), -np.inf, rows), rows)
         if solution.status is LpStatus.INFEASIBLE:
-            z = 0.0 if in_equilibrium(model, limits, force) else -np.inf
+            z = 0.0 if in_equilibrium(model, limits, force, allowed) else -np.inf
             return Stability(z, f_com if z == 0.0 else np.zeros(0), int(i), residual)
         tau = solution.objective
         z = 1.0 / tau if tau > NEGLIGIBLE else np.inf
@@ -192,7 +198,7 @@ def direction_program(model: Statics, limits: Array, force: BoolArray) -> Linear
     It is Problem (6) for one direction, divided by z: per finger the normal force is at most
     (position) or exactly (force) ``limits`` times tau. The rows' bounds hold l_i, here 0.
     """
-    A, normal = _block(model)
+    A, normal = blocks(model)
     tau = np.append(model.load, -limits)
     zero = np.zeros(6 + model.fingers)
     return LinearProgram(
@@ -203,25 +209,6 @@ def direction_program(model: Statics, limits: Array, force: BoolArray) -> Linear
         col_lower=np.zeros(1 + A.shape[1]),
         col_upper=np.full(1 + A.shape[1], np.inf),
     )
-
-
-def in_equilibrium(model: Statics, limits: Array, force: BoolArray) -> bool:
-    """Whether Eq. (3) has a solution without disturbance (tau = 1, l = 0)."""
-    program = direction_program(model, limits, force)
-    lower, upper = program.col_lower.copy(), program.col_upper.copy()
-    lower[0] = upper[0] = 1.0
-    fixed = LinearProgram(
-        program.cost, program.matrix, program.row_lower, program.row_upper, lower, upper
-    )
-    return highs.solve(fixed).status is LpStatus.OPTIMAL
-
-
-def _block(model: Statics) -> tuple[Array, Array]:
-    """Return A, (6, e + ns), and the normal parts of its columns, (n, e + ns)."""
-    env = model.env_wrenches
-    A = np.hstack([env, model.rob_wrenches])
-    normal = np.hstack([np.zeros((model.fingers, env.shape[1])), model.normal_parts])
-    return A, normal
 
 
 def _gray_order() -> list[int]:

@@ -7,6 +7,7 @@ tolerances mean the same for any object; whoever reports a force multiplies it b
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -23,25 +24,28 @@ class Statics:
         W_env: (6, 3m), wrench matrix of the environment contacts.
         C_env: (3m, e), their cone edges: s columns where static, one where sliding.
         W_rob: (6, 3n), wrench matrix of the fingers.
-        C_rob: (3n, ns), their cone edges.
+        C_rob: (3n, r), their cone edges, s each; a soft finger's normal twice more.
+        M_rob: (3, r), the moments that come with these forces: mu L and -mu L about the normal
+            for a soft finger's two normals, else zero.
         N_rob: (3n, n), their normals.
         R_sqrt: (6, 6), the upper Cholesky factor of R.
         Q_known: (6,), gravity divided by ``scale``.
         f_max: (n,), limits on the normal forces divided by ``scale``.
         scale: the unit of force.
-        edges: s.
+        columns: per finger, which of the r columns are its own.
     """
 
     W_env: Array
     C_env: Array
     W_rob: Array
     C_rob: Array
+    M_rob: Array
     N_rob: Array
     R_sqrt: Array
     Q_known: Array
     f_max: Array
     scale: float
-    edges: int
+    columns: tuple[slice, ...]
 
     @property
     def fingers(self) -> int:
@@ -62,13 +66,15 @@ class Statics:
 
     @property
     def rob_wrenches(self) -> Array:
-        """R^(1/2) W_rob C_rob, (6, ns)."""
-        wrenches: Array = self.R_sqrt @ self.W_rob @ self.C_rob
+        """R^(1/2) (W_rob C_rob + the moments M_rob), (6, r)."""
+        whole = self.W_rob @ self.C_rob
+        whole[3:] += self.M_rob
+        wrenches: Array = self.R_sqrt @ whole
         return wrenches
 
     @property
     def normal_parts(self) -> Array:
-        """N_rob^T C_rob, (n, ns): the normal force of each finger per unit of each edge."""
+        """N_rob^T C_rob, (n, r): the normal force of each finger per unit of each column."""
         parts: Array = self.N_rob.T @ self.C_rob
         return parts
 
@@ -84,23 +90,24 @@ def statics(instant: Instant) -> Statics:
         else friction_cone(n, instant.environment_friction, instant.cone_edges, world_x, world_y)
         for n, slip in zip(contacts.normals, contacts.slip, strict=True)
     ]
-    object_x, object_y, _ = np.eye(3)
-    C_rob = [
-        friction_cone(n, mu, instant.cone_edges, object_x, object_y)
-        for n, mu in zip(instant.normals, instant.friction, strict=True)
+    tips = [
+        fingertip(n, mu, instant.cone_edges, soft)
+        for n, mu, soft in zip(instant.normals, instant.friction, instant.soft, strict=True)
     ]
+    ends = np.cumsum([0, *(forces.shape[1] for forces, _ in tips)]).tolist()
     weight = instant.mass * instant.gravity / scale
     return Statics(
         W_env=wrench_matrix(contacts.points),
         C_env=_block_diagonal(C_env),
         W_rob=wrench_matrix(instant.points),
-        C_rob=_block_diagonal(C_rob),
+        C_rob=_block_diagonal([forces for forces, _ in tips]),
+        M_rob=np.hstack([np.zeros((3, 0)), *(moments for _, moments in tips)]),
         N_rob=_block_diagonal([n[:, None] for n in instant.normals]),
         R_sqrt=scaling_root(instant.mass, instant.inertia),
         Q_known=np.concatenate([-weight * world_z, np.zeros(3)]),
         f_max=instant.max_normal_force / scale,
         scale=scale,
-        edges=instant.cone_edges,
+        columns=tuple(slice(a, b) for a, b in pairwise(ends)),
     )
 
 
@@ -127,6 +134,25 @@ def friction_cone(normal: Array, mu: float, edges: int, x: Array, y: Array) -> A
     c = normal[:, None] + mu * (np.outer(t1, np.cos(theta)) + np.outer(t2, np.sin(theta)))
     cone: Array = c / np.linalg.norm(c, axis=0)
     return cone
+
+
+def fingertip(normal: Array, mu: float, edges: int, soft: float) -> tuple[Array, Array]:
+    """Return a fingertip's columns: forces (3, c) and the moments (3, c) that come with them.
+
+    Args:
+        normal: (3,), unit, pointing into the object; the cone is counted from the object's axes.
+        mu: Coulomb coefficient.
+        edges: s.
+        soft: L. Where positive, unit normal force with a moment of +-mu L about the normal
+            follows the s edges, whose moment is zero.
+    """
+    object_x, object_y, _ = np.eye(3)
+    cone = friction_cone(normal, mu, edges, object_x, object_y)
+    if soft == 0.0:
+        return cone, np.zeros_like(cone)
+    twist = mu * soft * normal[:, None]
+    both = np.repeat(normal[:, None], 2, axis=1)
+    return np.hstack([cone, both]), np.hstack([np.zeros_like(cone), twist, -twist])
 
 
 def sliding_edge(normal: Array, mu: float, slip: Array) -> Array:

@@ -124,7 +124,7 @@ class ContinuousModel:
             return None
         z = [decision.z for decision in decisions]
         lengths = line.lengths(placements).tolist()
-        cost = displacement_cost(lengths, z, self.problem.cost.stability)
+        cost = displacement_cost(lengths, z, self.problem.cost.stability, self.problem.z_floor)
         return Displacement(line.arc, line.start, line.end, placements, decisions, cost)
 
     def regrasp(

@@ -142,8 +142,9 @@ def _per_finger(path: Path, value: object, count: int) -> Iterator[Finding]:
 
 def _fingers(model: ScenarioModel) -> Iterator[Finding]:
     fingers = model.fingers
-    for key in ("radius", "max_normal_force"):
+    for key in ("radius", "max_normal_force", "soft"):
         yield from _per_finger(("fingers", key), getattr(fingers, key), fingers.count)
+    yield from _soft(model)
     for key in ("start", "goal"):
         hand = getattr(fingers, key)
         if isinstance(hand, tuple):
@@ -157,6 +158,26 @@ def _fingers(model: ScenarioModel) -> Iterator[Finding]:
         for i, name in enumerate(names):
             if name in names[:i]:
                 yield ("fingers", "placements", "faces", i), name, "given twice; keep one"
+
+
+def _soft(model: ScenarioModel) -> Iterator[Finding]:
+    """Compare the lengths of soft fingertips with their radii."""
+    radius, soft = model.fingers.radius, model.fingers.soft
+    radii, lengths = (x if isinstance(x, tuple) else (x,) for x in (radius, soft))
+    for i, length in enumerate(lengths):
+        least = radii[i] if len(radii) == len(lengths) else min(radii)
+        if least < length <= MOST:
+            path: Path = ("fingers", "soft", *((i,) if isinstance(soft, tuple) else ()))
+            yield path, length, f"must be at most the fingertip's radius, {least:g}"
+
+
+def _cost(model: ScenarioModel) -> Iterator[Finding]:
+    floor, z_min = model.cost.z_floor, model.mechanics.z_min
+    if floor is not None and floor < LEAST:
+        yield ("cost", "z_floor"), floor, f"must be >= {LEAST:g}; use other units"
+    elif floor is not None and 0.0 < z_min < floor <= MOST:
+        wanted = f"must be at most mechanics.z_min, {z_min:g}; it counts where z_min is smaller: 0"
+        yield ("cost", "z_floor"), floor, wanted
 
 
 def _hand(model: ScenarioModel, path: Path, hand: Iterable[object]) -> Iterator[Finding]:
@@ -258,5 +279,6 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"motion"}, free_findings),
     ({"motion", "lattice"}, lattice_findings),
     ({"motion", "lattice"}, free_lattice_findings),
+    ({"mechanics", "cost"}, _cost),
     ({"expect"}, _expect),
 )

@@ -52,6 +52,7 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
         radius=np.array(per_finger(model.fingers.radius, n)),
         max_normal_force=np.array(per_finger(model.fingers.max_normal_force, n)),
         friction=np.array(per_finger(model.friction.finger, n)),
+        soft=np.array(per_finger(model.fingers.soft, n)),
         placements=table,
         start=_hand(model, "start", table, notes),
         goal=_hand(model, "goal", table, notes),

@@ -89,6 +89,10 @@ class FingersModel(Strict):
     count: Annotated[Whole, Field(ge=0, le=MAX_FINGERS)]
     radius: OneOrMany[Positive]
     max_normal_force: OneOrMany[Positive]
+    soft: OneOrMany[NotNegative] = Field(
+        default=0.0,
+        description="length L: pressing with f, a soft fingertip turns with up to mu L f as well",
+    )
     placements: PlacementsModel = PlacementsModel()
     start: Hand = "any"
     goal: Hand = "any"
@@ -178,7 +182,7 @@ class MechanicsModel(Strict):
 
     cone_edges: Annotated[Whole, Field(ge=3, le=64)] = 6
     directions: Literal[76] = 76
-    z_min: Positive = 0.5
+    z_min: NotNegative = 0.5
     backend: Literal["kernel", "highs"] = "kernel"
     contact_tolerance: Annotated[Number, Field(ge=1e-9, le=1e-3)] = Field(
         default=TOUCHING,
@@ -196,6 +200,9 @@ class CostModel(Strict):
     regrasp: NotNegative = 100.0
     stability: NotNegative = 0.01
     samples_per_arc: Annotated[Whole, Field(ge=1, le=1000)] = 3
+    z_floor: Positive | None = Field(
+        default=None, description="what a smaller z counts as in the cost; default 0.01 M g"
+    )
 
 
 class ExpectAtModel(Strict):

@@ -127,6 +127,7 @@ class Scenario:
         for section, key in (
             ("fingers", "radius"),
             ("fingers", "max_normal_force"),
+            ("fingers", "soft"),
             ("friction", "finger"),
         ):
             tree[section][key] = list(per_finger(getattr(getattr(model, section), key), n))

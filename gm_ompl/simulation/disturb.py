@@ -94,8 +94,10 @@ def _doubtful(setup: Setup, part: IntArray) -> tuple[int, int]:
     best, chosen = np.inf, (-1, -1)
     for instant in [int(part[np.argmin(z[part])]), *others.tolist()]:
         found = resisted(setup, instant)
-        least = float(found.min())
-        share = min(least * force_unit(setup.problem) / max(float(z[instant]), z_min), 1.0)
+        least, claimed = float(found.min()), max(float(z[instant]), z_min)
+        share = 1.0  # of nothing claimed all is resisted
+        if claimed > 0.0:
+            share = min(least * force_unit(setup.problem) / claimed, 1.0)
         if share < best * DOUBT:
             number = int(np.flatnonzero(found <= least * (1.0 + ALIKE))[0])
             best, chosen = share, (instant, number)

@@ -11,7 +11,7 @@ from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.state import Instant
 from gm_ompl.feasibility.links import Link, Side, failing
 from gm_ompl.mechanics.alternatives import Alternatives
-from gm_ompl.reference.stability import in_equilibrium
+from gm_ompl.reference.equilibrium import in_equilibrium
 from gm_ompl.reference.statics import statics
 
 P, F = ControlMode.POSITION, ControlMode.FORCE

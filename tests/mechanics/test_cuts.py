@@ -78,7 +78,7 @@ def test_the_pool_forgets_the_oldest() -> None:
     assert pool.tables.counts.tolist()[:2] == [1, PER_STATE]
     assert pool.bound(0, rows) == first
     newest = [
-        max(0.0, (q @ y + np.maximum((tips[[0, 1], rows] @ y).max(axis=1), 0.0).sum()))
+        (q @ y + np.maximum((tips[[0, 1], rows] @ y).max(axis=1), 0.0).sum())
         / (DIRECTIONS @ y).max()
         for y in [*ys[4:], ys[0]]
     ]

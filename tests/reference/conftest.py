@@ -128,6 +128,7 @@ def hand(
         radius=np.ones(n) if radius is None else np.asarray(radius, dtype=float),
         max_normal_force=np.asarray(f_max, dtype=float),
         friction=np.full(n, 0.7),
+        soft=np.zeros(n),
         placements=table,
         start=(None,) * n if start is None else tuple(start),
         goal=(None,) * n if goal is None else tuple(goal),

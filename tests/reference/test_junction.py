@@ -10,9 +10,9 @@ import pytest
 from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ControlMode, Outcome
 from gm_ompl.contact.state import Instant
+from gm_ompl.reference.equilibrium import in_equilibrium
 from gm_ompl.reference.junction import equilibrium
 from gm_ompl.reference.modes import decide_modes
-from gm_ompl.reference.stability import in_equilibrium
 from gm_ompl.reference.statics import Statics, statics
 from tests.reference.conftest import MakeBox
 

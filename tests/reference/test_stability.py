@@ -138,8 +138,8 @@ def test_whole_program_agrees_with_scipy(instances: ModuleType) -> None:
 
 def scipy_z(model: Statics, modes: tuple[ControlMode, ...]) -> float:
     """Problem (6) with one variable f_com per force-controlled finger, forces per contact."""
-    n, s, N = model.fingers, model.edges, len(DIRECTIONS)
-    e = model.C_env.shape[1]
+    n, N = model.fingers, len(DIRECTIONS)
+    e, s = model.C_env.shape[1], model.C_rob.shape[1] // n
     forced = [i for i in range(n) if modes[i] is F]
     width = e + n * s
     columns = 1 + len(forced) + N * width

@@ -98,6 +98,8 @@ def test_defaults_and_per_finger_values_are_filled_in(load_changed: Any) -> None
     tree = load_changed("planar").resolved()
     assert tree["fingers"]["radius"] == [1, 1]
     assert tree["friction"]["finger"] == [0.7, 0.7]
+    assert tree["fingers"]["soft"] == [0, 0]
+    assert "z_floor" not in tree["cost"]  # it follows M g and z_min
     assert tree["fingers"]["start"] == ["any", "any"]
     assert tree["fingers"]["placements"] == {"grid": [7, 7], "faces": "all"}
     assert tree["mechanics"]["z_min"] == 0.5
