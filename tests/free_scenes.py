@@ -130,3 +130,33 @@ def slides(arcs: Iterable[GraphArc]) -> list[Array]:
 
 def listed(vectors: Iterable[Array]) -> list[list[float]]:
     return sorted((np.round(vector, 9) + 0.0).tolist() for vector in vectors)
+
+
+def over_and_against(**settings: Any) -> Problem:
+    """A cube is tipped over and then leant against a wall, which takes a regrasp.
+
+    Leaning 0.3 in front of the wall ends at 17.5 of 45 deg.
+    """
+    lean = upright(1.0, 0.5, 90.0).turned([1.5, 0.0, 0.0], ACROSS, math.asin(0.3))
+    given: dict[str, Any] = {
+        "obstacles": {"wall": box_between([1.8, -5, 0], [2, 5, 3])},
+        "goal": PoseGoal(lean.position, lean.position, lean.rotation, None, 1e-3, 0.5 * DEGREE),
+        "region": ((-0.2, 0, 0), (1.3, 0, 3)),
+        "mechanics": {"z_min": 0.02},
+        "fingers": {"count": 1, "radius": 0.05, "max_normal_force": 40,
+                    "placements": {"grid": [1, 3], "faces": ["-x", "+z"]}},
+    }  # fmt: skip
+    return free_problem(**{**given, **settings})
+
+
+def up_to_a_wall(**settings: Any) -> Problem:
+    """Two fingers push a cube up to a wall: one whole step, then 0.3 of 0.5."""
+    given: dict[str, Any] = {
+        "obstacles": WALL,
+        "goal": (0.8, 0, 0.5),
+        "by": steps(rotate=((0, 0, 1),)),
+        "mechanics": {"z_min": 0.02},
+        "fingers": {"count": 2, "radius": 0.05, "max_normal_force": 40,
+                    "placements": {"grid": [2, 1], "faces": ["-x", "+z"]}},
+    }  # fmt: skip
+    return free_problem(**{**given, **settings})

@@ -13,6 +13,7 @@ from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment, Segment
+from gm_ompl.planfile.arcs import pose_before
 from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import (
     DisplacementStep,
@@ -123,7 +124,8 @@ def animate(plan: Plan) -> Animation:
     for number, step in enumerate(plan.steps):
         starts.append(now)
         if isinstance(step, RegraspStep):
-            segments.append(_regrasp(problem, step, number, now))
+            pose = pose_before(plan, number, problem)
+            segments.append(_regrasp(problem, step, pose, number, now))
         else:
             segments.extend(_displacement(problem, step, number, now, pace))
         now = segments[-1].end
@@ -140,7 +142,7 @@ def _displacement(
     count = len(step.segments)
     seconds = pace * max(1.0, count / problem.cost.samples_per_arc) / count
     shown = []
-    for j, planned in enumerate(planned_segments(number, step)):
+    for j, planned in enumerate(planned_segments(problem, number, step)):
         poses = _poses(planned.part)
         if j == count - 1:
             recorded = np.array([*step.pose_to.position, *step.pose_to.quaternion])
@@ -162,8 +164,10 @@ def _displacement(
     return shown
 
 
-def _regrasp(problem: Problem, step: RegraspStep, number: int, now: float) -> ShownSegment:
-    rest = Moment(problem.motion.pose(step.at))
+def _regrasp(
+    problem: Problem, step: RegraspStep, pose: Pose, number: int, now: float
+) -> ShownSegment:
+    rest = Moment(pose)
     return ShownSegment(
         start=now,
         end=now + REGRASP_SECONDS,

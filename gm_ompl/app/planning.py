@@ -209,7 +209,7 @@ def _describe(steps: list[Step]) -> Iterator[str]:
     if isinstance(first, RegraspStep):
         old, new = first.from_, first.to
         yield (
-            f"  at {_numbers(first.at)}: finger {first.finger} moves from "
+            f"  {f'at {_numbers(first.at)}: ' if first.at else ''}finger {first.finger} moves from "
             f"{old.face} {list(old.cell)} to {new.face} {list(new.cell)}"
         )
     elif isinstance(last, DisplacementStep):
@@ -221,10 +221,11 @@ def _describe(steps: list[Step]) -> Iterator[str]:
             modes = "/".join(sorted({segment.modes[i] for segment in segments}))
             fingers.append(f"{place.face} {list(place.cell)} {modes}-controlled")
         least = min(segment.z for segment in segments)
-        yield (
-            f"  {_numbers(first.from_)} to {_numbers(last.to)}: {'; '.join(fingers)}; "
-            f"z at least {least:.4g}"
+        start, end = (
+            _numbers(q or pose.position)
+            for q, pose in ((first.from_, first.pose_from), (last.to, last.pose_to))
         )
+        yield (f"  {start} to {end}: {'; '.join(fingers)}; z at least {least:.4g}")
 
 
 def _numbers(q: tuple[float, ...]) -> str:

@@ -5,27 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 
-from gm_ompl.checking.coordinates import gap, in_goal
+from gm_ompl.checking.by_coordinates import ByCoordinates
+from gm_ompl.checking.free_arcs import FreeArcs
 from gm_ompl.checking.junctions import Junctions
+from gm_ompl.checking.kinematics import AnyStep, Kinematics
 from gm_ompl.checking.recheck import Recheck, Tolerances
 from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
-from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
 from gm_ompl.scenario.scenario import Scenario
 
-AnyStep = DisplacementStep | RegraspStep
 Spots = tuple[tuple[str, tuple[int, int]], ...]
-
-
-def tail(step: AnyStep) -> Coordinates:
-    """Return the coordinates where ``step`` starts."""
-    return step.from_ if isinstance(step, DisplacementStep) else step.at
-
-
-def head(step: AnyStep) -> Coordinates:
-    """Return the coordinates where ``step`` ends."""
-    return step.to if isinstance(step, DisplacementStep) else step.at
 
 
 def placements_after(step: AnyStep) -> tuple[PlacementRecord, ...]:
@@ -42,54 +33,16 @@ def _spots(placements: Sequence[PlacementRecord]) -> Spots:
 def check_continuity(
     recheck: Recheck, last: AnyStep | None, step: AnyStep, found: Findings
 ) -> None:
-    """Judge whether ``step`` starts where ``last`` ended (or at the start, where None)."""
+    """Judge whether the hand is at ``step`` where ``last`` left it (or as given, where None)."""
     if last is None:
-        _check_start(recheck, step, found)
+        _check_given(recheck, "start", recheck.problem.fingers.start, step.placements, found)
         return
-    off = gap(recheck.problem, tail(step), head(last))
-    found.check(
-        "continuity",
-        off <= recheck.tolerances.coordinate,
-        f"starts at {list(tail(step))}; the last step ended at {list(head(last))}",
-    )
     have, want = _spots(step.placements), _spots(placements_after(last))
     found.check(
         "continuity",
         have == want,
         f"placements are {_show(have)}; after the last step they are {_show(want)}",
     )
-    if isinstance(step, DisplacementStep) and isinstance(last, DisplacementStep):
-        here, there = step.pose_from.position, last.pose_to.position
-        off = max(abs(u - v) for u, v in zip(here, there, strict=True))
-        allowed = 2 * recheck.tolerances.length * max(recheck.diagonal, *map(abs, there))
-        found.check(
-            "continuity",
-            off <= allowed,
-            f"pose_from is {off:.3g} away from the last step's pose_to (allowed {allowed:.3g})",
-        )
-
-
-def _check_start(recheck: Recheck, step: AnyStep, found: Findings) -> None:
-    problem = recheck.problem
-    off = gap(problem, tail(step), problem.start)
-    found.check(
-        "start",
-        off <= recheck.tolerances.coordinate,
-        f"the first step starts at {list(tail(step))}; the scenario's start is "
-        f"{list(problem.start)}",
-    )
-    _check_given(recheck, "start", problem.fingers.start, step.placements, found)
-
-
-def check_goal(recheck: Recheck, step: AnyStep, found: Findings) -> None:
-    """Judge whether the last step ends in the goal."""
-    problem, end = recheck.problem, head(step)
-    inside = len(end) == problem.motion.dimension and in_goal(
-        problem, end, recheck.tolerances.coordinate
-    )
-    low, high = list(problem.goal.low), list(problem.goal.high)
-    found.check("goal", inside, f"the last step ends at {list(end)}; the goal is {low} to {high}")
-    _check_given(recheck, "goal", problem.fingers.goal, placements_after(step), found)
 
 
 def _check_given(
@@ -110,13 +63,14 @@ def _check_given(
             )
 
 
-def check_totals(recheck: Recheck, plan: Plan, found: Findings) -> None:
+def check_totals(recheck: Recheck, kinematics: Kinematics, plan: Plan, found: Findings) -> None:
     """Judge status, cost, number of regraspings, bound and the claim of optimality."""
     if not plan.has_plan:
         _check_no_plan(plan, found)
         return
     if not plan.steps:
-        _check_empty(recheck, found)
+        kinematics.at_once(found)
+        _check_unmoved(recheck, found)
     cost = sum(step.cost for step in plan.steps)
     regrasps = sum(isinstance(step, RegraspStep) for step in plan.steps)
     found.check(
@@ -164,15 +118,9 @@ def _check_no_plan(plan: Plan, found: Findings) -> None:
     found.check("status", not plan.optimal, f"status is {plan.status!r}; optimal must be false")
 
 
-def _check_empty(recheck: Recheck, found: Findings) -> None:
-    """Judge "solved" without a step: the start must be in the goal already."""
+def _check_unmoved(recheck: Recheck, found: Findings) -> None:
+    """Judge "solved" without a step: the fingers must start where they must end."""
     problem = recheck.problem
-    found.check(
-        "goal",
-        in_goal(problem, problem.start, recheck.tolerances.coordinate),
-        f"there are no steps, and the start {list(problem.start)} is not in the goal "
-        f"{list(problem.goal.low)} to {list(problem.goal.high)}",
-    )
     for finger, (start, goal) in enumerate(
         zip(problem.fingers.start, problem.fingers.goal, strict=True)
     ):
@@ -216,25 +164,36 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     """
     if not isinstance(plan, Plan):
         plan = Plan.load(plan)
-    scenario = Scenario.from_resolved(plan.scenario, "scenario in the plan")
-    recheck = Recheck(scenario.problem, tolerances)
-    whole = Findings(None)
-    check_totals(recheck, plan, whole)
+    problem = Scenario.from_resolved(plan.scenario, "scenario in the plan").problem
+    return check_against(plan, Recheck(problem, tolerances))
+
+
+def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
+    """Judge a plan by a problem, which ``check`` makes from the scenario inside the plan."""
+    kinematics, whole = _kinematics(recheck), Findings(None)
+    check_totals(recheck, kinematics, plan, whole)
     reports: list[StepReport] = []
     violations = list(whole.violations)
     junctions = Junctions(recheck, _stated(plan))
     last: AnyStep | None = None
     for number, step in enumerate(plan.steps):
         found = Findings(number)
+        kinematics.continuity(last, step, found)
         check_continuity(recheck, last, step, found)
+        place = kinematics.place(step)
         if isinstance(step, DisplacementStep):
-            check_displacement(recheck, step, found)
+            arc = kinematics.displacement(step, found)
+            check_displacement(recheck, step, arc, found)
+            junctions.displacement(step, arc, found)
         else:
-            check_regrasp(recheck, step, found)
-        junctions.follow(step, found)
+            pose = kinematics.rest(step, found)
+            check_regrasp(recheck, step, pose, found)
+            junctions.regrasp(step, pose, found)
         if number == len(plan.steps) - 1:
-            check_goal(recheck, step, found)
-        reports.append(found.report(step.kind, _where(step)))
+            kinematics.goal(step, found)
+            after = placements_after(step)
+            _check_given(recheck, "goal", recheck.problem.fingers.goal, after, found)
+        reports.append(found.report(step.kind, place))
         violations += found.violations
         last = step
     notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
@@ -242,14 +201,12 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
 
 
+def _kinematics(recheck: Recheck) -> Kinematics:
+    motion = recheck.problem.motion
+    return FreeArcs(recheck, motion) if isinstance(motion, FreeMotion) else ByCoordinates(recheck)
+
+
 def _stated(plan: Plan) -> int | None:
     """Return how many failing junctions the plan states; None where it says it does not know."""
     stated = (plan.statistics.model_extra or {}).get("failing_junctions", 0)
     return stated if stated is None or isinstance(stated, int) else 0
-
-
-def _where(step: AnyStep) -> str:
-    start, end = (", ".join(f"{value:.6g}" for value in q) for q in (tail(step), head(step)))
-    if isinstance(step, DisplacementStep):
-        return f"[{start}] to [{end}]"
-    return f"[{start}], finger {step.finger} to {step.to.face}:{list(step.to.cell)}"

@@ -36,14 +36,19 @@ def check_coordinates(recheck: Recheck, name: str, q: Sequence[float], found: Fi
 
 
 def check_pose(
-    recheck: Recheck, name: str, claimed: PoseRecord, pose: Pose, found: Findings
+    recheck: Recheck,
+    name: str,
+    claimed: PoseRecord,
+    pose: Pose,
+    found: Findings,
+    where: str = "at these coordinates",
 ) -> None:
-    """Judge whether ``claimed`` is the motion's ``pose``."""
+    """Judge whether ``claimed`` is the ``pose`` that the object has at ``where``."""
     tolerances = recheck.tolerances
     # Positions far from the origin carry the rounding of their own size.
     allowed = tolerances.length * max(recheck.diagonal, float(np.abs(pose.position).max()))
     values = (claimed.position, pose.position)
-    found.claim("pose", f"{name}.position", values, allowed, where="at these coordinates")
+    found.claim("pose", f"{name}.position", values, allowed, where=where)
     length = float(np.linalg.norm(claimed.quaternion))
     unit = found.check(
         "pose",
@@ -56,7 +61,7 @@ def check_pose(
         found.check(
             "pose",
             off <= 4.0 * tolerances.direction,  # an entry moves up to 4 times a component
-            f"{name}.quaternion {listed(claimed.quaternion)} is claimed; at these coordinates "
+            f"{name}.quaternion {listed(claimed.quaternion)} is claimed; {where} "
             f"it is {listed(pose.quaternion())} (rotation off by {off:.3g})",
         )
 

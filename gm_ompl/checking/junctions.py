@@ -13,7 +13,8 @@ from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.junction import Control, Forces, Passage, controls, junction, passage
 from gm_ompl.contact.state import ContactState
 from gm_ompl.errors import SolverError
-from gm_ompl.motion.arc import Moment
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.planfile.model import DisplacementStep, RegraspStep, SegmentRecord
 from gm_ompl.problem import Placements
 
@@ -52,18 +53,38 @@ class Junctions:
         self._last: Stage | None = None
         self._places: dict[Passage, list[str]] = {passage: [] for passage in Passage}
 
-    def follow(self, step: DisplacementStep | RegraspStep, found: Findings) -> None:
-        """Judge the junctions on the way into and within the next step."""
-        if any(violation.topic in NEEDED for violation in found.violations):
-            self._last = None
-            return
-        stages = list(_stages(self._recheck, step))
-        before = [] if self._last is None else [self._last]
+    def displacement(self, step: DisplacementStep, arc: Arc | None, found: Findings) -> None:
+        """Judge the junctions on the way into and within a displacement along its arc."""
+        stages = []
+        if arc is not None and not _doubtful(found):
+            moments = [arc.moment(t) for t in arc.bounds(len(step.segments))]
+            stages = [
+                Stage(_hand(segment), self._rows(step), moments[j], moments[j + 1], j)
+                for j, segment in enumerate(step.segments)
+            ]
+        self._follow(stages, found)
+
+    def regrasp(self, step: RegraspStep, pose: Pose | None, found: Findings) -> None:
+        """Judge the junction on the way into a regrasp, the object at rest."""
+        stages = []
+        if pose is not None and not _doubtful(found):
+            rest = Moment(pose)
+            stages = [Stage(_hand(step), self._rows(step), rest, rest, None)]
+        self._follow(stages, found)
+
+    def _follow(self, stages: list[Stage], found: Findings) -> None:
+        """Judge the junctions between stages, the last of the step before included."""
+        before = [] if self._last is None or not stages else [self._last]
         for one, other in pairwise([*before, *stages]):
             found.check("junctions", True)  # where no command changes there is no ramp
             if one.hand != other.hand:
                 self._judge(one, other, found)
-        self._last = stages[-1]
+        self._last = stages[-1] if stages else None
+
+    def _rows(self, step: DisplacementStep | RegraspStep) -> Placements:
+        table = self._recheck.problem.fingers.placements
+        found = [table.find(record.face, record.cell) for record in step.placements]
+        return tuple(row for row in found if row is not None)
 
     def notes(self) -> Iterator[str]:
         """Yield what a reader should know of junctions that do not simply hold."""
@@ -110,18 +131,9 @@ class Junctions:
         return passage(ramp, before.last, after.first, balanced)
 
 
-def _stages(recheck: Recheck, step: DisplacementStep | RegraspStep) -> Iterator[Stage]:
-    table, motion = recheck.problem.fingers.placements, recheck.problem.motion
-    found = [table.find(record.face, record.cell) for record in step.placements]
-    rows = tuple(row for row in found if row is not None)
-    if isinstance(step, RegraspStep):
-        rest = motion.moment(step.at)
-        yield Stage(_hand(step), rows, rest, rest, None)
-        return
-    arc, parts = motion.arc(step.from_, step.to), len(step.segments)
-    for j, segment in enumerate(step.segments):
-        ends = arc.moment(j / parts), arc.moment((j + 1) / parts)
-        yield Stage(_hand(segment), rows, *ends, j)
+def _doubtful(found: Findings) -> bool:
+    """Whether a step's claims allow no judgement of its junctions."""
+    return any(violation.topic in NEEDED for violation in found.violations)
 
 
 def _hand(record: SegmentRecord | RegraspStep) -> tuple[Control, ...]:

@@ -56,7 +56,7 @@ def mistakes(plan: Plan, problem: Problem) -> Iterator[Mistake]:
         place: Place = ("steps", number)
         regrasp = step["kind"] == "regrasp"
         for key in ("at",) if regrasp else ("from", "to"):
-            yield from _coordinates((*place, key), step[key], problem)
+            yield from _coordinates((*place, key), step[key] or [], problem)
         if regrasp and step["finger"] >= count:
             fingers = f"0 to {count - 1}"
             yield (*place, "finger"), f"{step['finger']}: the scenario's fingers are {fingers}"
@@ -72,7 +72,8 @@ def _coordinates(place: Place, q: Sequence[float], problem: Problem) -> Iterator
     motion = problem.motion
     if len(q) != motion.dimension:
         names = ", ".join(motion.names)
-        yield place, f"{list(q)}: must be {motion.dimension} numbers ({names})"
+        right = f"{motion.dimension} numbers ({names})" if names else "null with free motion"
+        yield place, f"{list(q) or 'null'}: must be {right}"
         return
     for k, (value, low, high, period) in enumerate(
         zip(q, motion.low, motion.high, motion.periods, strict=True)

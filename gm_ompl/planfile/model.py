@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from gm_ompl.planfile import files
-from gm_ompl.planfile.record import ArcRecord, PlanPart, PoseRecord, Vector
+from gm_ompl.planfile.record import ArcRecord, CoordinatesRecord, PlanPart, PoseRecord, Vector
 
 FORMAT: Final = "gm-ompl-plan/2"
 
@@ -56,21 +56,20 @@ class DisplacementStep(PlanPart):
     """One arc for displacement of the object, the fingertips fixed on it.
 
     Attributes:
-        from_: object coordinates at the tail (``from`` in the file).
+        from_: object coordinates at the tail (``from`` in the file); with free motion there are
+            none, here and below: null in the file.
         to: object coordinates at the head, unwrapped.
         arc: how the object moves from ``pose_from``.
-        pose_from: the pose at ``from_``.
-        pose_to: the pose at ``to``.
+        pose_from: the pose at the tail.
+        pose_to: the pose at the head.
         placements: per physical finger.
-        segments: equal parts of the arc, in order.
+        segments: parts of the arc, in order.
         cost: Eq. (9).
     """
 
     kind: Literal["displacement"]
-    from_: tuple[float, ...] = Field(
-        validation_alias="from", serialization_alias="from", min_length=1
-    )
-    to: tuple[float, ...] = Field(min_length=1)
+    from_: CoordinatesRecord = Field(validation_alias="from", serialization_alias="from")
+    to: CoordinatesRecord
     arc: ArcRecord
     pose_from: PoseRecord
     pose_to: PoseRecord
@@ -83,7 +82,8 @@ class RegraspStep(PlanPart):
     """One arc for regrasping: a finger changes its placement while the object rests.
 
     Attributes:
-        at: object coordinates.
+        at: object coordinates; with free motion there are none, and the pose is the one that the
+            step before ended at.
         finger: the physical finger that is lifted, from 0.
         from_: its placement before (``from`` in the file).
         to: its placement after.
@@ -97,7 +97,7 @@ class RegraspStep(PlanPart):
     """
 
     kind: Literal["regrasp"]
-    at: tuple[float, ...] = Field(min_length=1)
+    at: CoordinatesRecord
     finger: int = Field(ge=0)
     from_: PlacementRecord = Field(validation_alias="from", serialization_alias="from")
     to: PlacementRecord

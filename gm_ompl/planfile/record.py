@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    Strict,
+    Tag,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
+from pydantic_core import PydanticKnownError
 
 Vector: TypeAlias = tuple[float, float, float]
 _Quaternion: TypeAlias = tuple[float, float, float, float]
@@ -28,6 +40,27 @@ def not_zero(value: tuple[float, ...]) -> tuple[float, ...]:
     if not any(value):
         raise ValueError("must not be all zeros")
     return value
+
+
+def _or_none(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    """Return coordinates; none of them for null."""
+    if value == []:
+        least = {"field_type": "List", "min_length": 1, "actual_length": 0}
+        raise PydanticKnownError("too_short", least)
+    return () if value is None or value == () else handler(value)
+
+
+def _null_for_none(value: tuple[float, ...]) -> list[float] | None:
+    return list(value) or None
+
+
+CoordinatesRecord: TypeAlias = Annotated[
+    tuple[Annotated[float, Strict()], ...],
+    Field(strict=False),  # a wrapped validator is given JSON's lists as lists
+    WrapValidator(_or_none),
+    PlainSerializer(_null_for_none, return_type=Annotated[list[float], Field(min_length=1)] | None),
+]
+"""Object coordinates; empty where the motion has none, which the file states as null."""
 
 
 class PoseRecord(PlanPart):

@@ -49,17 +49,19 @@ class Stand:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """An arc that the contact lattice has.
+    """An arc that the contact lattice has, or would have in a wider region.
 
     Attributes:
         arc: the motion, from the pose where it begins to where it ends.
         parts: in how many segments it is judged.
         line: about which it turns; None for a translation.
+        inside: whether the centre of mass stays in the region; else the lattice lacks it.
     """
 
     arc: Screw
     parts: int
     line: Line | None
+    inside: bool
 
 
 class ContactArcs:
@@ -92,7 +94,7 @@ class ContactArcs:
         return Stand(pose, tuple(found), tuple(turned), self._begins(pose, contacts))
 
     def offers(self, stand: Stand, under_way: Line | None) -> Iterator[Offer]:
-        """Yield the arcs that leave a pose, in the order of the rules.
+        """Yield the arcs that leave a pose, in the order of the rules, those out of the region too.
 
         Args:
             stand: the pose.
@@ -115,6 +117,26 @@ class ContactArcs:
         """Return the rotation under way at ``head``, where an arc about ``line`` led."""
         return None if head.begins else line
 
+    def in_region(self, start: Pose, piece: Piece) -> bool:
+        """Whether the centre of mass stays in the region all along."""
+        slack = SAME * self._D
+        low, high = self._motion.region[0] - slack, self._motion.region[1] + slack
+        if isinstance(piece, Slide):
+            places = np.array([start.position, start.position + piece.by])
+            return bool((places >= low).all() and (places <= high).all())
+        arm = start.position - piece.pivot
+        along = (arm @ piece.axis) * piece.axis
+        out, side = arm - along, cross(piece.axis, arm)
+        # A coordinate is m + a cos(u) + b sin(u); it is greatest and least where tan(u) = b / a.
+        turns = [0.0, piece.angle]
+        for a, b in zip(out, side, strict=True):
+            for k in range(-2, 3):
+                u = math.atan2(b, a) + k * math.pi
+                turns += [u] if min(0.0, piece.angle) < u < max(0.0, piece.angle) else []
+        angles = np.array(turns)[:, None]
+        places = piece.pivot + along + np.cos(angles) * out + np.sin(angles) * side
+        return bool((places >= low).all() and (places <= high).all())
+
     def _offer(
         self, start: Pose, whole: Piece, length: float, line: Line | None
     ) -> Iterator[Offer]:
@@ -127,15 +149,15 @@ class ContactArcs:
             piece = Tumble(whole.pivot, whole.axis, t * whole.angle)
         elif t < 1.0 and isinstance(whole, Slide):
             piece = Slide(t * whole.by)
-        if not self._in_region(start, piece):
-            return
+        inside = self.in_region(start, piece)
         step = self._steps.translation if line is None else self._steps.rotation
         steps = t * length / step
         if steps >= 1.0 - WHOLE:
-            yield Offer(Screw(start, piece), self._samples, line)
+            yield Offer(Screw(start, piece), self._samples, line, inside)
             return
         parts = max(1, math.ceil(self._samples * steps - WHOLE))
-        yield Offer(Screw(start, piece, pitch=1.0 / (self._samples * steps)), parts, line)
+        pitch = 1.0 / (self._samples * steps)
+        yield Offer(Screw(start, piece, pitch=pitch), parts, line, inside)
 
     def _translations(self, pose: Pose) -> Iterator[tuple[int, Array]]:
         """Yield, per listed axis and sense, the way to the next multiple of the step."""
@@ -176,23 +198,3 @@ class ContactArcs:
             if abs(math.remainder(place / self._steps.translation, 1.0)) > ON_GRID:
                 return False
         return True
-
-    def _in_region(self, start: Pose, piece: Piece) -> bool:
-        """Whether the centre of mass stays in the region all along."""
-        slack = SAME * self._D
-        low, high = self._motion.region[0] - slack, self._motion.region[1] + slack
-        if isinstance(piece, Slide):
-            places = np.array([start.position, start.position + piece.by])
-            return bool((places >= low).all() and (places <= high).all())
-        arm = start.position - piece.pivot
-        along = (arm @ piece.axis) * piece.axis
-        out, side = arm - along, cross(piece.axis, arm)
-        # A coordinate is m + a cos(u) + b sin(u); it is greatest and least where tan(u) = b / a.
-        turns = [0.0, piece.angle]
-        for a, b in zip(out, side, strict=True):
-            for k in range(-2, 3):
-                u = math.atan2(b, a) + k * math.pi
-                turns += [u] if min(0.0, piece.angle) < u < max(0.0, piece.angle) else []
-        angles = np.array(turns)[:, None]
-        places = piece.pivot + along + np.cos(angles) * out + np.sin(angles) * side
-        return bool((places >= low).all() and (places <= high).all())

@@ -78,6 +78,16 @@ class ContactLattice:
         """Return the number of arcs from the start; the least where ``depth`` is limited."""
         return self._depths[node]
 
+    def arcs_to(self, pose: Pose, most: int) -> int | None:
+        """Return the least number of arcs to a pose; None if ``most`` nodes do not tell."""
+        node = 0
+        while node < min(len(self._stands), most):
+            if self._equal(node, pose):
+                return self._depths[node]
+            self._expanded(node)
+            node += 1
+        return None
+
     def coordinates(self, node: int) -> Coordinates:  # noqa: ARG002 (no node has any)
         """Return none: free motion has no coordinates."""
         return ()
@@ -96,6 +106,8 @@ class ContactLattice:
             arcs: dict[int, GraphArc] = {}
             if self._depths[node] != self._motion.steps.depth:
                 for offer in self._arcs.offers(self._stands[node], self._under_way[node]):
+                    if not offer.inside:
+                        continue
                     head = self._node(offer.arc.end, offer.line, self._depths[node] + 1)
                     if head != node:
                         arcs.setdefault(head, GraphArc(head, offer.arc, offer.parts))
@@ -119,11 +131,12 @@ class ContactLattice:
         return node
 
     def _same(self, node: int, pose: Pose, under_way: Line | None) -> bool:
-        known, line = self.pose(node), self._under_way[node]
-        if np.linalg.norm(known.position - pose.position) > SAME * self._D:
-            return False
-        if angle_between(known.rotation, pose.rotation) > SAME:
-            return False
+        line = self._under_way[node]
         if line is None or under_way is None:
-            return line is under_way
-        return line.equals(under_way, self._D)
+            return line is under_way and self._equal(node, pose)
+        return line.equals(under_way, self._D) and self._equal(node, pose)
+
+    def _equal(self, node: int, pose: Pose) -> bool:
+        known = self.pose(node)
+        near = np.linalg.norm(known.position - pose.position) <= SAME * self._D
+        return bool(near) and angle_between(known.rotation, pose.rotation) <= SAME

@@ -108,7 +108,9 @@ def resisted(setup: Setup, instant: int) -> Array:
     """Return z_i, (76,), of what is executed at an instant of motion, over ``Statics.scale``."""
     line, problem = setup.timeline, setup.problem
     number = int(line.step[instant])
-    segment = planned_segments(number, setup.plan.steps[number])[int(line.segment[instant])]
+    segment = planned_segments(problem, number, setup.plan.steps[number])[
+        int(line.segment[instant])
+    ]
     fingers = range(problem.fingers.count)
     model = statics_at(problem, segment.part.middle, segment.placements, fingers)
     force, f_com = commanded(segment.record)

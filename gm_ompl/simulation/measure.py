@@ -186,7 +186,7 @@ class Measurement:
         worst, problem = 0.0, self.problem
         for number, step in enumerate(self.plan.steps):
             of_step = self.moving & (self.timeline.step[self.rows] == number)
-            for segment in planned_segments(number, step):
+            for segment in planned_segments(problem, number, step):
                 here = of_step & (self.timeline.segment[self.rows] == segment.number)
                 state = contacts_at(segment.part.middle, problem.body, problem.environment)
                 static = ~state.slip.any(axis=1)

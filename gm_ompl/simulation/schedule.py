@@ -11,6 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Moment
+from gm_ompl.planfile.arcs import pose_before
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
@@ -49,16 +50,13 @@ class _Scheduler:
 
     def __init__(self, plan: Plan, problem: Problem, pace: Pace, dt: float, lean: bool) -> None:
         self.problem, self.pace, self.dt, self.lean = problem, pace, dt, lean
-        self.parts = runs(plan, problem.body.vertices)
+        self.parts = runs(plan, problem)
         self.size, self.touch = problem.body.diagonal, TOUCH * force_unit(problem)
         self.timelines: list[Timeline] = []
         self.notes: list[str] = []
         first, n = plan.steps[0], problem.fingers.count
-        if isinstance(first, RegraspStep):
-            start, z = first.at, first.z
-        else:
-            start, z = first.from_, first.segments[0].z
-        self.pose = problem.motion.pose(start)
+        z = first.z if isinstance(first, RegraspStep) else first.segments[0].z
+        self.pose = pose_before(plan, 0, problem)
         self.points = np.array([place.point for place in first.placements])
         self.normals = np.array([place.normal for place in first.placements])
         self.now = SimpleNamespace(

@@ -12,6 +12,7 @@ from gm_ompl.errors import InputError
 from gm_ompl.motion.arc import Segment
 from gm_ompl.planfile.arcs import arc_of
 from gm_ompl.planfile.model import PlacementRecord, Plan, RegraspStep, SegmentRecord, Step
+from gm_ompl.problem import Problem
 
 STRAIGHT = 0.99
 """Cosine between the vertices' velocities before and after, below which the object stops."""
@@ -35,19 +36,19 @@ NumberedRegrasp: TypeAlias = tuple[int, RegraspStep]
 """A regrasp, the object resting, and the number of its step."""
 
 
-def planned_segments(number: int, step: Step) -> Run:
+def planned_segments(problem: Problem, number: int, step: Step) -> Run:
     """Return the segments of step ``number`` with their parts of its arc; none of a regrasp."""
     if isinstance(step, RegraspStep):
         return []
-    parts = arc_of(step).segments(len(step.segments))
+    parts = arc_of(step, problem).segments(len(step.segments))
     return [
         PlannedSegment(number, k, part, step.placements, record)
         for k, (part, record) in enumerate(zip(parts, step.segments, strict=True))
     ]
 
 
-def runs(plan: Plan, corners: Array) -> list[Run | NumberedRegrasp]:
-    """Cut ``plan`` into runs and regrasps; ``corners`` (m, 3) are the object's, object frame.
+def runs(plan: Plan, problem: Problem) -> list[Run | NumberedRegrasp]:
+    """Cut ``plan``, one for ``problem``, into runs and regrasps.
 
     Raises:
         InputError: the plan has no displacement.
@@ -57,9 +58,9 @@ def runs(plan: Plan, corners: Array) -> list[Run | NumberedRegrasp]:
         if isinstance(step, RegraspStep):
             found.append((number, step))
             continue
-        for segment in planned_segments(number, step):
+        for segment in planned_segments(problem, number, step):
             last = found[-1] if found else None
-            if isinstance(last, list) and _continues(last[-1], segment, corners):
+            if isinstance(last, list) and _continues(last[-1], segment, problem.body.vertices):
                 last.append(segment)
             else:
                 found.append([segment])

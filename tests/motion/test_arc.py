@@ -99,7 +99,8 @@ def test_a_plan_file_keeps_an_arc(name: str) -> None:
         pose_from=pose_record(arc.start), pose_to=pose_record(arc.end), placements=(),
         segments=(), cost=0.0,
     )  # fmt: skip
-    again = arc_of(DisplacementStep.model_validate_json(step.model_dump_json(by_alias=True)))
+    read = DisplacementStep.model_validate_json(step.model_dump_json(by_alias=True))
+    again = arc_of(read, load("paper/slide").problem)
     for t in (0.0, 0.4, 1.0):
         np.testing.assert_allclose(again.pose(t).position, arc.pose(t).position, atol=1e-12)
         np.testing.assert_allclose(again.pose(t).rotation, arc.pose(t).rotation, atol=1e-12)

@@ -119,8 +119,8 @@ def test_a_lifted_finger_stays_clear(line: Timeline, regrasp_plan: Plan) -> None
 
 def test_runs_break_only_where_modes_or_fingers_change(regrasp_plan: Plan) -> None:
     """A run's segments follow each other, and cover the plan's way exactly once."""
-    vertices = problem_of(regrasp_plan).body.vertices
-    parts = [run for run in runs(regrasp_plan, vertices) if isinstance(run, list)]
+    problem = problem_of(regrasp_plan)
+    parts = [run for run in runs(regrasp_plan, problem) if isinstance(run, list)]
     segments = [segment for run in parts for segment in run]
     for before, after in itertools.pairwise(segments):
         assert np.allclose(before.part.end.position, after.part.start.position)
@@ -148,7 +148,7 @@ def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
     assert step.kind == "displacement"
     segment = step.segments[1]
     found = balance(
-        problem, arc_of(step).moment(0.5), step.placements,
+        problem, arc_of(step, problem).moment(0.5), step.placements,
         *commanded(segment),
     )  # fmt: skip
     assert found.holds
@@ -157,7 +157,7 @@ def test_leaning_forces_balance_the_object(cork_plan: Plan) -> None:
     sideways = np.linalg.norm(found.forces - along[:, None] * normals, axis=1)
     assert (sideways <= 0.15 * along * (1 + 1e-9)).all()
     assert (found.least <= along + 1e-9).all() and (along <= found.most + 1e-9).all()
-    pose = arc_of(step).pose(0.5)
+    pose = arc_of(step, problem).pose(0.5)
     floor = -pose.rotation @ found.forces.sum(axis=0) + [0.0, 0.0, problem.mass * 9.8]
     assert floor[2] > 0
     assert np.linalg.norm(floor[:2]) <= 1.2 * floor[2]
