@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import final
 
 import numpy as np
@@ -21,12 +22,20 @@ from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
 from gm_ompl.holds.tables import UNASKED, WORTH_A_THREAD
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
+from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
 
 @final
 class LaneGraph:
     """All lanes and hubs of an object graph that is small enough to be explored at once.
+
+    Args:
+        problem: the problem.
+        judge: answers about it.
+        backend: the judge's.
+        stop: asked now and then while the tables are made.
+        leaving: the arcs of a part of the object graph, by their tails; None: all of it.
 
     Attributes:
         nodes: the object graph's nodes, in the order in which they are numbered here.
@@ -40,10 +49,15 @@ class LaneGraph:
     """
 
     def __init__(
-        self, problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop = never
+        self,
+        problem: Problem,
+        judge: Judge,
+        backend: KernelBackend,
+        stop: Stop = never,
+        leaving: Mapping[int, Sequence[GraphArc]] | None = None,
     ) -> None:
         self._problem, self._judge, self._backend = problem, judge, backend
-        self.nodes, self._table = lane_table(judge, stop)
+        self.nodes, self._table = lane_table(judge, stop, leaving)
         self.start = self.nodes.index(problem.object_graph.start)
         self.tables, self._known = self._table.measured, Known(judge, self._table)
         states = 1 + int(self.tables.states.max(initial=0))

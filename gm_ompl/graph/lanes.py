@@ -20,17 +20,20 @@ from gm_ompl.holds.watch import Stop, watched
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
 
 
-def lane_table(judge: Judge, stop: Stop) -> tuple[tuple[int, ...], ArcTable]:
+def lane_table(
+    judge: Judge, stop: Stop, leaving: Mapping[int, Sequence[GraphArc]] | None = None
+) -> tuple[tuple[int, ...], ArcTable]:
     """Return the graph's nodes in the order of the table's, and the table of all arcs.
 
-    Geometry is tested throughout. Contact states are found of arcs that lead towards the goal;
+    With ``leaving`` the nodes are those in it, and the arcs what it says. Geometry is tested
+    throughout. Contact states are found of arcs that lead towards the goal;
     most searches hardly need those of the others.
 
     Raises:
         LimitError: ``stop`` said so.
     """
     graph = judge.problem.object_graph
-    leaving = _explored(graph, stop)
+    leaving = _explored(graph, stop) if leaving is None else leaving
     nodes = tuple(sorted(leaving))
     limits.check()
     frame, nearer = _frame(graph, nodes, leaving)

@@ -92,6 +92,13 @@ def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]
 class LaneSearch:
     """One search; ``run`` may be called once.
 
+    Args:
+        graph: the lanes.
+        source: the sets at the start.
+        log: told of the progress; its budget is spent.
+        trace: told of every lane.
+        beyond: a lower bound on plans that leave the part of the object graph that was explored.
+
     Attributes:
         expanded: lanes taken from the front of the open list.
         bound: no plan is cheaper.
@@ -104,9 +111,10 @@ class LaneSearch:
         source: StartSets,
         log: Log,
         trace: Trace | None = None,
+        beyond: float = math.inf,
     ) -> None:
         self._graph, self._source = graph, source
-        self._log, self._trace = log, trace
+        self._log, self._trace, self._beyond = log, trace, beyond
         self._open: list[tuple[float, int, Waiting]] = []
         self._order = 0
         self._entered: dict[tuple[Placements, int], float] = {}
@@ -292,4 +300,4 @@ class LaneSearch:
         return ((), []) if self._best is None else legs(*self._best)
 
     def _event(self) -> None:
-        self._log.event(self.cost, self.bound, self.expanded, len(self._open))
+        self._log.event(self.cost, min(self.bound, self._beyond), self.expanded, len(self._open))

@@ -13,6 +13,7 @@ from gm_ompl import limits
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.closure import Closure
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.lane_graph import LaneGraph
@@ -22,6 +23,7 @@ from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.tables import claim_tables
 from gm_ompl.holds.watch import Stop
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -57,27 +59,101 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         InputError: the start or the goal is off the lattice.
     """
     log = Log(budget.start(), judge, report)
-    backend = judge.backend
-    assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+    if isinstance(problem.motion, FreeMotion):
+        return _in_closures(problem, judge, log, report)
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
-        graph = LaneGraph(problem, judge, backend, log.meter.spent)
-        source = start_sets(problem, judge, graph)
+        return _Lanes(problem, judge, log, report).run()
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except LimitError as stopped:
         return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
-    search = LaneSearch(graph, source, log, tracer(report))
-    status = search.run()
-    with limits.lifted():
-        arcs, legs = search.path()
-        nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
-        way = problem.object_graph.way([graph.nodes[c] for c in nodes])
-        moves = moves_of(judge, way, legs)
-    statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
-    return result_of(status, search.cost, search.bound, moves, statistics)
 
+def _in_closures(problem: Problem, judge: Judge, log: Log, report: Report) -> SearchResult:
+    """Search ever larger parts of the object graph, until no better plan can leave the part.
+
+    The search of a part finds its best plan. No plan that leaves it is cheaper than the least
+    travel to a node outside.
+    """
+    result = without_search(Status.BUDGET, 0.0, log.meter)
+    expanded = generated = 0
+    try:
+        closure = Closure(judge, log.meter.spent)
+        most = GENEROUS * closure.to_goal()
+        while True:
+            closure.grow(most)
+            lanes = _Lanes(problem, judge, log, report, closure)
+            found = lanes.run()
+            expanded += found.statistics["expanded"]
+            generated += found.statistics["generated"]
+            statistics = {**found.statistics, "expanded": expanded, "generated": generated}
+            result = _within(dataclasses.replace(found, statistics=statistics), closure.next)
+            if not lanes.exhausted or closure.next == math.inf or result.optimal:
+                return result
+            most = result.cost if result.cost is not None else 2.0 * closure.next
+    except KeyboardInterrupt:
+        return dataclasses.replace(result, status=Status.INTERRUPTED)
+    except LimitError as stopped:
+        ended = {"ended_by": str(stopped)} if str(stopped) else {}
+        return dataclasses.replace(result, statistics={**result.statistics, **ended})
+
+
+def _within(result: SearchResult, beyond: float) -> SearchResult:
+    """Return what was found in a part of the object graph; plans that leave it cost ``beyond``."""
+    if beyond == math.inf:
+        return result
+    bound = min(result.lower_bound, beyond)
+    if result.status is Status.INFEASIBLE:
+        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=beyond)
+    optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
+    return dataclasses.replace(result, lower_bound=bound, optimal=optimal)
+
+
+class _Lanes:
+    """One search over lanes: of the whole object graph, or of a part.
+
+    Attributes:
+        exhausted: whether it ended by itself.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        judge: Judge,
+        log: Log,
+        report: Report,
+        closure: Closure | None = None,
+    ) -> None:
+        backend = judge.backend
+        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+        self._problem, self._judge, self._log = problem, judge, log
+        leaving = None if closure is None else closure.leaving()
+        self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
+        source = start_sets(problem, judge, self._graph)
+        beyond = math.inf if closure is None else closure.next
+        self._search = LaneSearch(self._graph, source, log, tracer(report), beyond)
+        self.exhausted = False
+
+    def run(self) -> SearchResult:
+        """Search for the cheapest plan."""
+        graph, search = self._graph, self._search
+        status = search.run()
+        proven = search.cost <= search.bound * (1.0 + PROVEN)
+        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
+        with limits.lifted():
+            arcs, legs = search.path()
+            nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
+            way = self._problem.object_graph.way([graph.nodes[c] for c in nodes])
+            moves = moves_of(self._judge, way, legs)
+        statistics = self._log.statistics(
+            search.expanded, search.generated, placement_sets=graph.lanes_met
+        )
+        return result_of(status, search.cost, search.bound, moves, statistics)
+
+
+GENEROUS = 1.5
+"""The first part explored is that much larger, in travel, than what leads to the goal."""
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
 """From judge, the goal's valid nodes (at least one) and what may break it off."""
