@@ -22,6 +22,7 @@ from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
+from gm_ompl.holds.sets import LIFTED
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -65,10 +66,25 @@ class Choices:
     way: tuple[int, ...]
     keys: Array
     order: IntArray
+    pocket: bool = False
     next: int = 0
+
+    @property
+    def row(self) -> int:
+        """From which placement the finger was lifted."""
+        return lifted_row(self.hub, self.parent.placements)
 
 
 Waiting: TypeAlias = Entry | Choices
+
+
+def lifted_row(hub: Hub, placements: Placements) -> int:
+    """Return the placement of a lane's finger that is lifted at a hub."""
+    left = list(placements)
+    for row in hub.placements:
+        if row != LIFTED:
+            left.remove(row)
+    return left[0]
 
 
 def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
@@ -192,6 +208,8 @@ class LaneSearch:
         if stale:
             self._push(entry.g + cost, entry)
             self._wasted(1)
+        elif entry.parent is None and not graph.lands(entry.placements):
+            return
         elif hub is None:
             self._finish(lane, entry)
         else:
@@ -217,7 +235,10 @@ class LaneSearch:
     def _finish(self, lane: Lane, entry: Entry) -> None:
         """Judge the lane to the goal; a plan is found where it holds."""
         way = self._graph.way(lane, entry.config)
-        if self._graph.judge_arcs(lane, way):
+        end = int(self._graph.tables.head[way[-1]]) if way else entry.config
+        if not self._graph.leaves(lane, end):
+            self._graph.close(lane, end)
+        elif self._graph.judge_arcs(lane, way):
             total = entry.g + float(lane.d[entry.config])
             if total < self.cost:
                 self.cost, self._best = total, (entry, way)
@@ -229,7 +250,7 @@ class LaneSearch:
         graph, way = self._graph, self._graph.way(lane, entry.config, node)
         if graph.judge_rest(hub, node) and self._goes_on(hub, node) and graph.judge_arcs(lane, way):
             through = graph.tables.X_regr + math.fsum(lane.costs[list(way)])
-            self._reach(hub, node, entry.g + through, entry, way)
+            self._lift(hub, node, entry.g + through, entry, way)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)
 
@@ -248,15 +269,31 @@ class LaneSearch:
         graph.refined(hub, node)
         return holds and lane.d[node] <= before + SAME * before
 
-    def _reach(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
-        """Reach a hub at cost ``g``: all lanes through it wait to be entered."""
-        if g >= hub.reached[node]:
-            return
-        hub.reached[node] = g
+    def _lift(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
+        """Reach a hub at cost ``g``, or the part of it that belongs to a pocket."""
+        graph, row = self._graph, lifted_row(hub, parent.placements)
+        if graph.is_outside(hub, node, row):
+            if g < hub.reached[node]:
+                hub.reached[node] = g
+                doubtful = graph.doubtful(hub, node)
+                if doubtful is not None:
+                    hub.doubtful[node] = doubtful
+                self._offer(hub, node, g, parent, way)
+        else:
+            lane = graph.lane(parent.placements)
+            lane.bar(lane.hubs.index(hub.placements), node, g)
+            self._offer(hub, node, g, parent, way, pocket=True)
+
+    def _offer(
+        self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...],
+        *, pocket: bool = False,
+    ) -> None:  # fmt: skip
+        """Let all lanes through a hub wait to be entered."""
         keys = g + self._onward(hub, node)
-        choices = Choices(hub, node, g, parent, way, keys, np.argsort(keys, kind="stable"))
+        order = np.argsort(keys, kind="stable")
         if len(keys):
-            self._push(float(keys[choices.order[0]]), choices)
+            choices = Choices(hub, node, g, parent, way, keys, order, pocket)
+            self._push(float(keys[order[0]]), choices)
 
     def _onward(self, hub: Hub, node: int) -> Array:
         """Return lower bounds (choices,) on the cost to the goal after each regrasp."""
@@ -267,7 +304,7 @@ class LaneSearch:
             sets = np.tile(hub.rows, (len(hub.choices), 1))
             sets[:, hub.slot] = hub.choices
             onward = graph.keys(graph.sets.canonical_rows(sets), node)
-        free = tables.node_free[hub.slot, hub.choices, node]
+        free = graph.landing[hub.slot, hub.choices, node]
         keys: Array = np.where(free, onward, np.inf)
         return keys
 
@@ -278,12 +315,21 @@ class LaneSearch:
         placements = self._graph.lane_of(choices.hub, index)
         key = (placements, choices.config)
         back = choices.parent.placements == placements
-        if not back and choices.g < self._entered.get(key, math.inf):
+        better = not back and choices.g < self._entered.get(key, math.inf)
+        if better and f < math.inf and self._joined(choices, int(choices.hub.choices[index])):
             self._entered[key] = choices.g
             self._push(f, Entry(placements, choices.config, choices.g, choices.parent, choices.way))
         choices.next += 1
         if choices.next < len(choices.order):
             self._push(float(choices.keys[choices.order[choices.next]]), choices)
+
+    def _joined(self, choices: Choices, row: int) -> bool:
+        """Whether the lifted finger gets to a placement."""
+        hub, node = choices.hub, choices.config
+        doubtful = hub.doubtful.get(node)
+        if not choices.pocket and (doubtful is None or not doubtful[row]):
+            return True
+        return self._graph.joined(hub, node, choices.row, row)
 
     def path(self) -> tuple[tuple[int, ...], list[Leg]]:
         """Return the best plan's arcs, and its legs along them; both empty without one."""

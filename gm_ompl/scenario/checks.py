@@ -141,7 +141,7 @@ def _per_finger(path: Path, value: object, count: int) -> Iterator[Finding]:
 
 def _fingers(model: ScenarioModel) -> Iterator[Finding]:
     fingers = model.fingers
-    for key in ("radius", "max_normal_force"):
+    for key in ("radius", "max_normal_force", "clearance"):
         yield from _per_finger(("fingers", key), getattr(fingers, key), fingers.count)
     for key in ("start", "goal"):
         hand = getattr(fingers, key)
