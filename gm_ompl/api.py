@@ -19,6 +19,7 @@ from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
+from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.assemble import assemble
@@ -110,7 +111,7 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
         fallbacks = judging.backend.fallbacks
-        moves = at_true_cost(problem, _steady(judging, result.moves))
+        moves = at_true_cost(problem, _finished(judging, result.moves))
     except LimitError as stopped:  # before the search could begin
         result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
     except KeyboardInterrupt:  # likewise, or twice
@@ -245,16 +246,18 @@ def explain(
         return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
 
 
-def _steady(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
-    """Return a planner's moves under steady control; as they are where that takes too long.
+def _finished(judging: Judge, moves: tuple[Move, ...]) -> tuple[Move, ...]:
+    """Return a planner's moves under steady control and with ways through the air.
 
-    A search that used its time up leaves none for it: it gets a little of its own.
+    A search that used its time up leaves none for control: it gets a little of its own.
     """
     try:
         with limits.lifted(STEADY_SECONDS if limits.left() < math.inf else None):
-            return steady_moves(judging, moves)
+            moves = steady_moves(judging, moves)
     except (KeyboardInterrupt, LimitError):
-        return moves
+        pass
+    with limits.lifted():  # a plan that was found is not lost
+        return with_ways(judging.reach, moves)
 
 
 def loaded(scenario: ScenarioLike) -> Scenario:

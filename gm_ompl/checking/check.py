@@ -9,8 +9,10 @@ from gm_ompl.checking.coordinates import gap, in_goal
 from gm_ompl.checking.recheck import Recheck, Tolerances
 from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
+from gm_ompl.checking.ways import check_landing, check_leaving
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
 
 AnyStep = DisplacementStep | RegraspStep
@@ -78,6 +80,17 @@ def _check_start(recheck: Recheck, step: AnyStep, found: Findings) -> None:
         f"{list(problem.start)}",
     )
     _check_given(recheck, "start", problem.fingers.start, step.placements, found)
+    rows = _rows(recheck, step.placements)
+    if problem.fingers.transit and rows is not None:
+        check_landing(recheck, problem.motion.pose(problem.start), rows, found)
+
+
+def _rows(recheck: Recheck, records: Sequence[PlacementRecord]) -> Placements | None:
+    """Return the rows of a whole hand's placements; None where one is in no table."""
+    table = recheck.problem.fingers.placements
+    rows = [table.find(record.face, record.cell) for record in records]
+    known = tuple(row for row in rows if row is not None)
+    return known if len(known) == recheck.problem.fingers.count == len(rows) else None
 
 
 def check_goal(recheck: Recheck, step: AnyStep, found: Findings) -> None:
@@ -89,6 +102,9 @@ def check_goal(recheck: Recheck, step: AnyStep, found: Findings) -> None:
     low, high = list(problem.goal.low), list(problem.goal.high)
     found.check("goal", inside, f"the last step ends at {list(end)}; the goal is {low} to {high}")
     _check_given(recheck, "goal", problem.fingers.goal, placements_after(step), found)
+    rows = _rows(recheck, placements_after(step))
+    if problem.fingers.transit and problem.fingers.leave and inside and rows is not None:
+        check_leaving(recheck, problem.motion.pose(end), rows, found)
 
 
 def _check_given(

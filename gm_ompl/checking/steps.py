@@ -17,6 +17,7 @@ from gm_ompl.checking.hold import (
 )
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
+from gm_ompl.checking.ways import check_way
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.motion.arc import Arc
 from gm_ompl.planfile.arcs import arc_record
@@ -192,6 +193,7 @@ def check_regrasp(recheck: Recheck, step: RegraspStep, found: Findings) -> None:
     found.check("geometry", reason is None, f"before the regrasp: {reason}")
     if target is not None:
         _check_target(recheck, step, rows, target, found)
+        check_way(recheck, step, rows, target, found)
     _check_rest(recheck, step, rows, found)
     found.cost = recheck.problem.cost.regrasp
     allowed = recheck.tolerances.cost * found.cost

@@ -27,6 +27,10 @@ from gm_ompl.problem import Placements, Problem
 LEVELS: Final = (8, 3, 1)
 """Spacings of the grids tried, over the finest."""
 
+LOWEST: Final = -6
+"""The lowest point off a placement is as many doublings from the finest spacing: where a gap
+widens beside a placement, a fingertip leaves it with next to no room."""
+
 PER_CLEARANCE: Final = 2.0
 """Finest spacings in the clearance of a gap that must count: with two, a node lies in every ball of
 its width, and neighbours in two that touch."""
@@ -180,7 +184,7 @@ class Reach:
         """Return how far off its placement a fingertip is tried, along the normal."""
         finest, most = self.finest(finger), self._problem.body.diagonal
         count = 1 + int(np.ceil(np.log2(max(most / finest, 2.0))))
-        return np.array([finest * 2.0**k for k in range(count)])
+        return np.array([finest * 2.0**k for k in range(LOWEST, count)])
 
     def clearance(self, finger: int) -> float:
         """Return how much wider than the fingertip a gap is that must count."""
@@ -195,7 +199,9 @@ class Reach:
         """Return the finest grid's spacing."""
         return self._clearance[finger] / PER_CLEARANCE
 
-    def _key(self, pose: Pose, finger: int, staying: Iterable[tuple[int, int]]) -> tuple[object, ...]:
+    def _key(
+        self, pose: Pose, finger: int, staying: Iterable[tuple[int, int]]
+    ) -> tuple[object, ...]:
         """Return what an answer depends on: equal fingers in the same places are the same."""
         places = sorted((self._radii[i], row) for i, row in staying)
         return (*self._alone(pose, finger), *places)
@@ -208,9 +214,7 @@ class Reach:
         problem, radius = self._problem, self._radii[finger]
         air = self._airs.of(
             self._alone(pose, finger),
-            lambda: FreeAir(
-                problem.body, self._obstacles, problem.environment.floor, pose, radius
-            ),
+            lambda: FreeAir(problem.body, self._obstacles, problem.environment.floor, pose, radius),
         )
         if not staying:
             return air
@@ -313,7 +317,7 @@ class Reach:
         )
 
     def stubs(self, space: Space, finger: int, row: int) -> Array:
-        """Return the points (k, 3) off a placement, along its normal, up to the first that is not free."""
+        """Return the points (k, 3) off a placement, along its normal, as far as that is free."""
         table = self._problem.fingers.placements
         here, heights = self._centres[self._radii[finger]][row], self.heights(finger)
         off: Array = here - heights[:, None] * table.normals[row]
@@ -390,4 +394,3 @@ class Reach:
             left.remove(i)
             order.append(i)
         return tuple(reversed(order))
-

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,6 +18,7 @@ from gm_ompl.feasibility.reach import Reach, Space, Staying
 from gm_ompl.geometry.air import FreeAir
 from gm_ompl.geometry.flood import Ending, for_ever, nodes_of, straight_ways
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.problem import Move, Regrasp
 
 MARGINS: Final = (1.0, 0.25, 0.0)
 """How much wider than the fingertip a way is looked for first, in ``Fingers.clearance``."""
@@ -68,13 +71,26 @@ def way_through_air(
     return pose.apply(np.concatenate([tips[0], found, tips[1]]))
 
 
+def with_ways(reach: Reach, moves: Sequence[Move]) -> tuple[Move, ...]:
+    """Return a plan's moves, each regrasp with its way through the air."""
+    return tuple(_with_way(reach, move) if isinstance(move, Regrasp) else move for move in moves)
+
+
+def _with_way(reach: Reach, move: Regrasp) -> Regrasp:
+    i, rows = move.finger, move.placements
+    staying = tuple((k, row) for k, row in enumerate(rows) if k != i)
+    way = way_through_air(reach, move.pose, i, staying, rows[i], move.target)
+    return replace(move, way=way)
+
+
 def _between(reach: Reach, air: FreeAir, first: Array, last: Array) -> Array | None:
     """Return the shortest way from a point of ``first`` to one of ``last``, around the object."""
     i, j = (k.ravel() for k in np.indices((len(first), len(last))))
     straight = air.clear(first[i], last[j])
     if straight.any():
-        risen = np.linalg.norm(first[i] - first[0], axis=1) + np.linalg.norm(last[j] - last[0], axis=1)
-        lengths = np.linalg.norm(first[i] - last[j], axis=1) + risen
+        lengths = np.linalg.norm(first[i] - last[j], axis=1)
+        lengths += np.linalg.norm(first[i] - first[0], axis=1)
+        lengths += np.linalg.norm(last[j] - last[0], axis=1)
         k = int(np.where(straight, lengths, np.inf).argmin())
         return np.array([first[i[k]], last[j[k]]])
     low, high = reach.bounds
@@ -164,7 +180,7 @@ def _out(space: Space, stubs: Array) -> Array | None:
 
 
 def _straight_out(air: FreeAir, points: Array) -> Array | None:
-    """Return one of ``points`` and where it comes to if it goes straight on for ever, if any can."""
+    """Return one of ``points`` that can go straight on for ever, and where it comes to."""
     away = for_ever(air) * straight_ways(air)
     for point in points:
         ends = _straight_on(air, point[None], away)

@@ -143,6 +143,8 @@ def _fingers(model: ScenarioModel) -> Iterator[Finding]:
     fingers = model.fingers
     for key in ("radius", "max_normal_force", "clearance"):
         yield from _per_finger(("fingers", key), getattr(fingers, key), fingers.count)
+    if fingers.leave and not fingers.transit:
+        yield ("fingers", "leave"), True, "needs fingers.transit: true, without which nobody leaves"
     for key in ("start", "goal"):
         hand = getattr(fingers, key)
         if isinstance(hand, tuple):

@@ -13,6 +13,7 @@ from gm_ompl.arguments import whole
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.ompl.run import judged_anew
@@ -21,6 +22,7 @@ from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
+from gm_ompl.problem import Move
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 
@@ -78,7 +80,11 @@ def plan_from(setup: Any) -> Plan:
     refuse_unsound(setup.getPlanner())
     started, problem = clock.now(), setup.judge.problem
     states = setup.solution()
-    moves = () if states is None else steady_moves(setup.judge, judged_anew(problem, states))
+    moves: tuple[Move, ...] = ()
+    if states is not None:
+        moves = with_ways(
+            setup.judge.reach, steady_moves(setup.judge, judged_anew(problem, states))
+        )
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
