@@ -140,7 +140,8 @@ class Air:
         clearance = float(self.problem.fingers.clearance[self.finger])
         off = here - clearance * np.array(OFF)[:, None] * normal
         free = self.clear(np.tile(here, (len(off), 1)), off, int(table.piece[row]))
-        return off[: len(off) if free.all() else int(free.argmin())]
+        found: Array = off[: len(off) if free.all() else int(free.argmin())]
+        return found
 
     def joined(self, a: int, b: int) -> bool:
         """Whether the fingertip gets from one placement in a pocket to another."""
