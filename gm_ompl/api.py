@@ -106,17 +106,19 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
-    fallbacks = 0
+    fallbacks = pockets = 0
     try:
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
-        fallbacks = judging.backend.fallbacks
+        fallbacks, pockets = judging.backend.fallbacks, judging.reach.pockets
         moves = at_true_cost(problem, _finished(judging, result.moves))
     except LimitError as stopped:  # before the search could begin
         result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
     except KeyboardInterrupt:  # likewise, or twice
         result = _unbegun(Status.INTERRUPTED, started)
     statistics = {**result.statistics, "fallback_decisions": fallbacks}
+    if pockets:
+        statistics["pockets"] = pockets
     if result.status is Status.BUDGET and limits.reached():
         statistics.setdefault("ended_by", limits.reached())
     return assemble(
