@@ -154,7 +154,7 @@ def _joint(air: FreeAir, points: Array, node: Array) -> Array:
 
 def _far_around(space: Space, first: Array, last: Array) -> Array | None:
     """Return a way that leads far away and comes back."""
-    ends = [_out(space, stubs) for stubs in (first, last)]
+    ends = [way_out(space, stubs) for stubs in (first, last)]
     if ends[0] is None or ends[1] is None:
         return None
     shell = FAR_SHELL * space.air.extent * SHELL
@@ -164,8 +164,8 @@ def _far_around(space: Space, first: Array, last: Array) -> Array | None:
     return np.concatenate([ends[0][:-1], found, ends[1][-2::-1]])
 
 
-def _out(space: Space, stubs: Array) -> Array | None:
-    """Return a way from one of ``stubs`` to far away."""
+def way_out(space: Space, stubs: Array) -> Array | None:
+    """Return a way (k, 3) from one of ``stubs`` to far away, object frame; None without one."""
     straight = _straight_out(space.air, stubs)
     if straight is not None:
         return straight
