@@ -15,27 +15,27 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Problem
 from gm_ompl.reference.air import Air
 
-SIDES = ("+x", "-x", "+y", "-y", "+z", "-z")
-
 
 def cluttered(rng: np.random.Generator, **fingers: Any) -> dict[str, Any]:
-    """Return a scenario: a cuboid in a box whose walls and lid leave gaps of all widths."""
-    size = rng.uniform(0.6, 1.6, size=3)
-    radius = float(rng.uniform(0.06, 0.16))
-    obstacles = {}
-    for name in rng.permutation(SIDES[:5])[: rng.integers(2, 6)].tolist():
-        axis, sign = "xyz".index(name[1]), 1.0 if name[0] == "+" else -1.0
-        gap = float(rng.uniform(0.1, 5.0)) * radius
-        low, high = -size / 2.0 - 4.0 * radius, size / 2.0 + 4.0 * radius
-        low[2], high[2] = -size[2] / 2.0, size[2] / 2.0 + 2.0 * radius
-        near = sign * size[axis] / 2.0 + sign * gap
-        low[axis], high[axis] = sorted((near, near + sign * 0.3))
-        # Some walls reach beyond their neighbours, others leave a slit.
-        other = rng.choice([k for k in range(3) if k != axis])
-        high[other] += float(rng.uniform(-3.0, 3.0)) * radius
-        low[2], high[2] = max(low[2], -size[2] / 2.0), max(high[2], low[2] + 0.1)
-        up = np.array([0.0, 0.0, size[2] / 2.0])
-        obstacles[name] = {"box": {"min": (low + up).tolist(), "max": (high + up).tolist()}}
+    """Return a scenario: a cuboid in a shaft whose walls and mouth leave gaps of all widths."""
+    size = rng.uniform(0.6, 1.4, size=3)
+    radius = float(rng.uniform(0.08, 0.16))
+    wide = size / 2.0 + rng.uniform(1.8, 3.2, size=3) * radius
+    mouth = size / 2.0 + rng.uniform(0.6, 2.8, size=3) * radius
+    out, top = wide + 4.0 * radius, float(size[2]) + float(rng.uniform(0.0, 3.0)) * radius
+    boxes: dict[str, tuple[list[float], list[float]]] = {}
+    for name, inner, low, high in (
+        ("wall", wide, 0.0, top), ("lid", mouth, top, top + radius),
+    ):  # fmt: skip
+        x, y = float(inner[0]), float(inner[1])
+        X, Y = float(out[0]), float(out[1])
+        boxes[f"{name} west"] = [-X, -Y, low], [-x, Y, high]
+        boxes[f"{name} east"] = [x, -Y, low], [X, Y, high]
+        boxes[f"{name} south"] = [-x, -Y, low], [x, -y, high]
+        boxes[f"{name} north"] = [-x, y, low], [x, Y, high]
+    for name in rng.permutation(sorted(boxes))[: int(rng.choice([0, 0, 1, 3]))].tolist():
+        del boxes[name]
+    obstacles = {name: {"box": {"min": a, "max": b}} for name, (a, b) in boxes.items()}
     return {
         "object": {"shape": {"box": size.tolist()}, "mass": 1},
         "friction": {"environment": 0.5, "finger": 0.7},

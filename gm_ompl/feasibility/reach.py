@@ -24,7 +24,7 @@ from gm_ompl.geometry.flood import CELL, Ending, Grid, for_ever, straight_ways
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Placements, Problem
 
-LEVELS: Final = (8, 3, 1)
+LEVELS: Final = (4, 2, 1)
 """Spacings of the grids tried, over the finest."""
 
 LOWEST: Final = -6
@@ -35,7 +35,7 @@ PER_CLEARANCE: Final = 2.0
 """Finest spacings in the clearance of a gap that must count: with two, a node lies in every ball of
 its width, and neighbours in two that touch."""
 
-MOST_NODES: Final = 100_000
+MOST_NODES: Final = 200_000
 """Nodes that one fill looks at: some seconds' work. What is larger than that is not decided."""
 
 SPACE_BYTES: Final = 2_000_000

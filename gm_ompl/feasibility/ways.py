@@ -20,7 +20,7 @@ from gm_ompl.geometry.flood import Ending, for_ever, nodes_of, straight_ways
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Move, Regrasp
 
-MARGINS: Final = (1.0, 0.25, 0.0)
+MARGINS: Final = (0.5, 0.125, 0.0)
 """How much wider than the fingertip a way is looked for first, in ``Fingers.clearance``."""
 
 SHELL: Final = np.array([p for p in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(p)])

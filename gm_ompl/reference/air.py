@@ -24,10 +24,13 @@ from gm_ompl.problem import Placements, Problem
 HALVINGS = 20
 """A stretch halved as often that is still undecided counts as blocked."""
 
-SPACINGS = (1.0, 0.25)
+SPACINGS = (1.0, 0.5)
 """Of the grids flooded, in fingertip radii, before the finest."""
 
-MOST = 100_000
+CELL = 3.0**0.5 / 2.0
+"""From the middle of a cell to its corners, in spacings."""
+
+MOST = 200_000
 """Nodes looked at per grid."""
 
 OFF = tuple(2.0**k for k in range(-7, 8))
@@ -56,14 +59,20 @@ class Air:
         pose: where the object rests.
         finger: whose fingertip.
         staying: the others that touch, and the row of each.
+        slack: how much smaller the fingertip is taken to be.
     """
 
     def __init__(
-        self, problem: Problem, pose: Pose, finger: int, staying: Sequence[tuple[int, int]]
+        self,
+        problem: Problem,
+        pose: Pose,
+        finger: int,
+        staying: Sequence[tuple[int, int]],
+        slack: float = 0.0,
     ) -> None:
-        self.problem, self.pose, self.finger = problem, pose, finger
+        self.problem, self.pose, self.finger, self.staying = problem, pose, finger, staying
         hand, D = problem.fingers, problem.body.diagonal
-        self.radius = float(hand.radius[finger])
+        self.radius = float(hand.radius[finger]) - slack
         self._pieces = [(p, self.radius - allowed_depth(D, p)) for p in problem.body.pieces]
         self._fixed = [
             (p, self.radius - allowed_depth(D, p))
@@ -128,9 +137,21 @@ class Air:
         found = Freedom.POCKET
         for spacing in self._spacings:
             found = self._flooded(stubs, spacing)
-            if found is Freedom.FREE:
+            if found is Freedom.FREE or self._closed(stubs, spacing):
                 break
-        return found
+        return found if found is Freedom.FREE or spacing == self._spacings[-1] else Freedom.POCKET
+
+    def _closed(self, stubs: Array, spacing: float) -> bool:
+        """Whether there is no way out for certain.
+
+        Nodes stand for the cells around them: with a fingertip smaller by half a cell's diagonal,
+        no free place of a cell is missed.
+        """
+        slack = CELL * spacing
+        if slack >= self.radius:
+            return False
+        smaller = Air(self.problem, self.pose, self.finger, self.staying, slack)
+        return smaller._flooded(stubs, spacing, cells=True) is Freedom.POCKET
 
     def stubs(self, row: int) -> Array:
         """Return points (k, 3) off a placement along its normal, and off its face at last."""
@@ -153,7 +174,12 @@ class Air:
         )
 
     def _flooded(
-        self, stubs: Array, spacing: float, sought: frozenset[Node] = frozenset()
+        self,
+        stubs: Array,
+        spacing: float,
+        sought: frozenset[Node] = frozenset(),
+        *,
+        cells: bool = False,
     ) -> Freedom:
         """Flood from around ``stubs``; FREE where it gets away, or to a node that is sought."""
         front = self._joints(stubs, spacing)
@@ -172,7 +198,7 @@ class Air:
             heads = tails + np.tile(WAYS, (len(nodes), 1))
             new = np.array([tuple(h) not in known for h in heads.tolist()], dtype=bool)
             tails, heads = tails[new], heads[new]
-            free = self.clear(spacing * tails, spacing * heads)
+            free = self.clear(spacing * (heads if cells else tails), spacing * heads)
             front = list({tuple(h) for h in heads[free].tolist()})
             known.update(front)
         return Freedom.POCKET
@@ -260,16 +286,17 @@ class AirJudge:
         Taken off in the opposite order: who can leave does, until nobody is left or all are stuck.
         """
         left = [i for i in range(len(placements)) if i not in standing]
+        found = Freedom.FREE
         while left and self.problem.fingers.transit:
             touching = (*standing, *left)
-            found = {
-                i: self.freedom(
-                    pose, i, tuple((k, placements[k]) for k in touching if k != i), placements[i]
-                )
-                for i in left
-            }
-            gone = [i for i in left if found[i] is Freedom.FREE]
-            if not gone:
-                return found[left[0]], left[0]
-            left = [i for i in left if i not in gone]
+            for i in left:
+                staying = tuple((k, placements[k]) for k in touching if k != i)
+                found = self.freedom(pose, i, staying, placements[i])
+                if found is Freedom.FREE:
+                    break
+                if self.freedom(pose, i, (), placements[i]) is not Freedom.FREE:
+                    return found, i
+            else:
+                return found, left[0]
+            left.remove(i)
         return Freedom.FREE, -1

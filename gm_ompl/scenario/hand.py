@@ -24,7 +24,7 @@ MESH_MARGIN = 1e-3
 MESH_SMALLEST_FACE = 1e-4
 """Faces of a mesh with less than this part of its surface get no placements."""
 
-CLEARANCE = 0.25
+CLEARANCE = 0.5
 """How much wider than a fingertip a gap is that counts as open, in its radii, unless said."""
 
 WHERE: Path = ("fingers", "placements")

@@ -102,7 +102,7 @@ class FingersModel(Strict):
     )
     clearance: OneOrMany[Positive] | None = Field(
         default=None,
-        description="a gap wider than a fingertip by this counts; a quarter of its radius",
+        description="a gap wider than a fingertip by this counts; half its radius",
     )
 
 

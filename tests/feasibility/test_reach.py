@@ -192,7 +192,9 @@ def test_a_pocket_in_a_hole_is_refused_by_that_word() -> None:
     found = gm_ompl.plan(closed)
     assert (found.status, found.lower_bound) == ("infeasible", None)
     assert found.statistics.model_extra is not None and found.statistics.model_extra["pockets"] > 0
-    told = gm_ompl.explain(closed, placements=[("+x", (0, 0)), ("-x", (0, 0)), ("+y", (0, 0))], time_limit=0)
+    told = gm_ompl.explain(
+        closed, placements=[("+x", (0, 0)), ("-x", (0, 0)), ("+y", (0, 0))], time_limit=0
+    )
     assert "in a pocket" in told.verdict
     assert told.placements is not None and told.placements.forward is not None
     assert "finger 0 at +x:[0, 0] is in a pocket" in told.placements.forward.blocked_by[0]

@@ -132,7 +132,7 @@ def hand(
         placements=table,
         start=(None,) * n if start is None else tuple(start),
         goal=(None,) * n if goal is None else tuple(goal),
-        clearance=wide / 4.0,
+        clearance=wide / 2.0,
     )
 
 
