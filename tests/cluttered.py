@@ -52,6 +52,21 @@ def cluttered(rng: np.random.Generator, **fingers: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def shaft(rng: np.random.Generator) -> dict[str, Any]:
+    """Return a scenario: the cuboid is slid up out of its shaft, by as many fingers as it takes."""
+    tree = cluttered(rng)
+    height, radius = tree["object"]["shape"]["box"][2], tree["fingers"]["radius"]
+    names = [name for name in tree["environment"]["obstacles"] if name.startswith("wall")]
+    walls = {name: tree["environment"]["obstacles"][name] for name in names}
+    fingers = {**tree["fingers"], "count": 3, "placements": {"grid": [3, 3]}}
+    motion = {**tree["motion"], "path": [{"slide": {"by": [0, 0, height + 2.0 * radius]}}]}
+    return {
+        **tree, "fingers": fingers, "motion": motion, "lattice": {"segments": 8},
+        "environment": {"obstacles": walls}, "mechanics": {"z_min": 0.02},
+        "cost": {"regrasp": 0.2, "stability": 0.01},
+    }  # fmt: skip
+
+
 def judged(tree: dict[str, Any]) -> tuple[Judge, Pose]:
     """Return a scenario's judge and the start's pose."""
     problem = gm_ompl.load(tree).problem
