@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gm_ompl
+from gm_ompl.app.planning import summary
 from gm_ompl.feasibility.reach import Answer
 from gm_ompl.feasibility.ways import way_out, way_through_air
 from gm_ompl.geometry.air import Solid, edge_distances
@@ -46,16 +47,16 @@ def reach_case(seed: int, samples: int, placements: int) -> dict[str, int]:
 
 def test_pockets_are_pockets_and_ways_are_ways() -> None:
     """No placement with a way for a wider fingertip is a pocket; every way found is swept clear."""
-    seen = [reach_case(seed, 1000, 6) for seed in range(10)]
-    assert sum(case["outside"] for case in seen) >= 5
-    assert sum(case["pockets"] for case in seen) >= 5
+    seen = [reach_case(seed, 400, 3) for seed in range(10)]
+    assert sum(case["outside"] for case in seen) >= 3
+    assert sum(case["pockets"] for case in seen) >= 3
 
 
 def test_the_reference_agrees() -> None:
     """Its plain flood answers as the planner's does, others in place or not."""
     told = set()
-    for seed in range(6):
-        rng = np.random.default_rng([8, seed])
+    for seed in range(3):
+        rng = np.random.default_rng([10, seed])
         judge, pose = judged(cluttered(rng))
         free = np.flatnonzero(judge.node(pose).free[0])
         for row, other in rng.permutation(free)[:4].reshape(-1, 2).tolist():
@@ -158,7 +159,8 @@ PEG = {
     "object": {"shape": {"box": [2, 2, 2]}, "mass": 0.1},
     "friction": {"environment": 0.4, "finger": 0.8},
     "fingers": {
-        "count": 3, "radius": 0.25, "max_normal_force": 5, "placements": {"grid": [1, 1]},
+        "count": 3, "radius": 0.3, "max_normal_force": 5,
+        "placements": {"grid": [1, 1], "faces": ["+x", "-x", "+y"]},
     },
     "motion": {"start": {"position": [0, 0, 1]}, "path": [{"slide": {"by": [0, 0, 3]}}]},
     "lattice": {"segments": 6},
@@ -185,14 +187,21 @@ def peg(wide: float, mouth: float, **fingers: Any) -> gm_ompl.Scenario:
     return gm_ompl.load({**tree, "fingers": {**PEG["fingers"], **fingers}})  # type: ignore[dict-item]
 
 
+def nudged(wide: float, mouth: float, **fingers: Any) -> gm_ompl.Scenario:
+    """Return the peg lifted by so little that it stays in the hole."""
+    path = [{"slide": {"by": [0, 0, 0.2]}}]
+    return peg(wide, mouth, **fingers).with_({"motion.path": path, "lattice.segments": 1})
+
+
 @pytest.mark.filterwarnings("ignore::gm_ompl.ScenarioWarning")
 def test_a_pocket_in_a_hole_is_refused_by_that_word() -> None:
     """Where fingertips fit beside the peg, but not through the hole's mouth: plan and explain."""
-    open_, closed = peg(0.7, 0.7), peg(0.7, 0.3)
-    assert gm_ompl.plan(open_).status == "solved"
+    assert gm_ompl.plan(peg(0.7, 0.7)).status == "solved"
+    closed = nudged(0.7, 0.3)
     found = gm_ompl.plan(closed)
     assert (found.status, found.lower_bound) == ("infeasible", None)
     assert found.statistics.model_extra is not None and found.statistics.model_extra["pockets"] > 0
+    assert "pocket" in "\n".join(summary(found))
     told = gm_ompl.explain(
         closed, placements=[("+x", (0, 0)), ("-x", (0, 0)), ("+y", (0, 0))], time_limit=0
     )
@@ -204,10 +213,7 @@ def test_a_pocket_in_a_hole_is_refused_by_that_word() -> None:
 @pytest.mark.filterwarnings("ignore::gm_ompl.ScenarioWarning")
 def test_check_refuses_a_first_touch_in_a_pocket() -> None:
     """A plan found without transit does not hold where fingers must come to their placements."""
-    tree = peg(0.7, 0.3, transit=False).resolved()
-    tree["motion"]["path"] = [{"slide": {"by": [0, 0, 0.2]}}]
-    tree["lattice"]["segments"] = 1
-    plan = gm_ompl.plan(tree)
+    plan = gm_ompl.plan(nudged(0.7, 0.3, transit=False))
     assert plan.status == "solved" and gm_ompl.check(plan).holds
     asked = {**plan.scenario, "fingers": {**plan.scenario["fingers"], "transit": True}}
     report = gm_ompl.check(plan.model_copy(update={"scenario": asked}))
