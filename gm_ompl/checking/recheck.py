@@ -18,7 +18,7 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.reference.air import AirJudge
+from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.modes import combinations, decide_modes, margin
 from gm_ompl.reference.stability import NEGLIGIBLE, stability
 from gm_ompl.reference.statics import Statics, statics

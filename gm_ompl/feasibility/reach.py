@@ -11,21 +11,18 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Mapping
-from typing import Final, NamedTuple, TypeAlias, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.caches import Memo
 from gm_ompl.feasibility.keys import PoseClasses
+from gm_ompl.feasibility.space import Label, Part, Space, Straight, straight_out
 from gm_ompl.geometry.air import FreeAir
-from gm_ompl.geometry.flood import CELL, Ending, Grid, for_ever, straight_ways
+from gm_ompl.geometry.flood import for_ever, straight_ways
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Placements, Problem
-
-LEVELS: Final = (4, 2, 1)
-"""Spacings of the grids tried, over the finest."""
 
 LOWEST: Final = -6
 """The lowest point off a placement is as many doublings from the finest spacing: where a gap
@@ -35,28 +32,11 @@ PER_CLEARANCE: Final = 2.0
 """Finest spacings in the clearance of a gap that must count: with two, a node lies in every ball of
 its width, and neighbours in two that touch."""
 
-MOST_NODES: Final = 200_000
-"""Nodes that one fill looks at: some seconds' work. What is larger than that is not decided."""
-
 SPACE_BYTES: Final = 2_000_000
 """About what the fills in one air take."""
 
 Staying: TypeAlias = tuple[tuple[int, int], ...]
 """Fingers that stay, and the row of each."""
-
-
-class Straight(NamedTuple):
-    """Ways out without a grid: off along the normal, and from there straight on for ever.
-
-    Attributes:
-        corner: (P, 3), where each turns.
-        end: (P, 3), far away.
-        found: (P,), whether there is one.
-    """
-
-    corner: Array
-    end: Array
-    found: BoolArray
 
 
 class Answer(enum.Enum):
@@ -65,79 +45,6 @@ class Answer(enum.Enum):
     YES = "there is a way"
     NO = "it is in a pocket"
     UNDECIDED = "its surroundings are too large to be filled"
-
-
-class Label(enum.Enum):
-    """What a part of the air is, beside the numbers of pockets."""
-
-    OUTSIDE = "joined to far away"
-    UNKNOWN = "too large to be filled"
-
-
-Part: TypeAlias = Label | int
-"""A part of the air; a pocket's number is its smallest node's."""
-
-
-@final
-class Fills:
-    """Fills over one grid, each part of the air once.
-
-    Args:
-        air: what is filled.
-        spacing: of the grid.
-        cells: as ``Grid`` has it.
-
-    Attributes:
-        grid: likewise.
-    """
-
-    def __init__(self, air: FreeAir, spacing: float, *, cells: bool) -> None:
-        self.grid = Grid(air, spacing, MOST_NODES, cells=cells)
-        self._labels: dict[int, Part] = {}
-
-    def parts(self, points: Array) -> set[Part]:
-        """Return the parts of the air that ``points`` (n, 3) join; OUTSIDE alone, where it is."""
-        found = set[Part]()
-        for joint in self.grid.joints(points).tolist():
-            if joint not in self._labels:
-                self._fill(joint)
-            found.add(self._labels[joint])
-            if Label.OUTSIDE in found:
-                return {Label.OUTSIDE}
-        return found
-
-    def _fill(self, joint: int) -> None:
-        flood = self.grid.fill(np.array([joint]), self)
-        label: Part = Label.UNKNOWN
-        if flood.ending is Ending.CLOSED:
-            label = min(flood.parents)
-        elif flood.ending is not Ending.STOPPED:
-            label = Label.OUTSIDE
-        self._labels.update(dict.fromkeys(flood.parents, label))
-
-    def __contains__(self, node: object) -> bool:
-        """Whether a node is known to be outside."""
-        return self._labels.get(node) is Label.OUTSIDE  # type: ignore[call-overload]
-
-
-@final
-class Space:
-    """The air around the object with some fingertips in it, and what was filled of it.
-
-    Attributes:
-        air: likewise.
-        swept: at every level, the coarsest first, what is joined for certain.
-        closed: likewise, what is closed for certain.
-    """
-
-    def __init__(self, air: FreeAir, finest: float) -> None:
-        self.air = air
-        self.swept = [Fills(air, level * finest, cells=False) for level in LEVELS]
-        self.closed = [
-            Fills(air, level * finest, cells=True)
-            for level in LEVELS[:-1]
-            if CELL * level * finest < air.radius
-        ]
 
 
 @final
@@ -223,27 +130,11 @@ class Reach:
         return air.beside(np.array(tips), np.array(radii))
 
     def _ways_out(self, pose: Pose, finger: int) -> Straight:
-        return self._straight.of(
-            self._alone(pose, finger), lambda: self._found(self._air(pose, finger, ()), finger)
-        )
+        return self._straight.of(self._alone(pose, finger), lambda: self._found(pose, finger))
 
-    def _found(self, air: FreeAir, finger: int) -> Straight:
-        """Return the straight ways out of all placements, the other fingertips left aside."""
-        limits.check()
+    def _found(self, pose: Pose, finger: int) -> Straight:
         table, here = self._problem.fingers.placements, self._centres[self._radii[finger]]
-        away = for_ever(air)
-        corner, end = here.copy(), here - away * table.normals
-        found = air.clear(here, end, table.piece)
-        for height in self.heights(finger).tolist():
-            rows = np.flatnonzero(~found)
-            if not len(rows):
-                break
-            off = here[rows] - height * table.normals[rows]
-            on = off + away * air.up
-            out = air.clear(here[rows], off, table.piece[rows])
-            out[out] = air.clear(off[out], on[out])
-            found[rows[out]], corner[rows[out]], end[rows[out]] = True, off[out], on[out]
-        return Straight(corner, end, found)
+        return straight_out(self._air(pose, finger, ()), here, table, self.heights(finger))
 
     def at_once(self, pose: Pose, finger: int, staying: Staying) -> BoolArray:
         """Return placements (P,) that are outside at first sight; others may be, too."""

@@ -14,7 +14,8 @@ from scipy.sparse.csgraph import dijkstra
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import LimitError
-from gm_ompl.feasibility.reach import Reach, Space, Staying
+from gm_ompl.feasibility.reach import Reach, Staying
+from gm_ompl.feasibility.space import Space
 from gm_ompl.geometry.air import FreeAir
 from gm_ompl.geometry.flood import Ending, for_ever, nodes_of, straight_ways
 from gm_ompl.geometry.pose import Pose

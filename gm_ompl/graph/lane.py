@@ -8,6 +8,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.holds.sets import LIFTED, staying_of
+from gm_ompl.holds.tables import Tables
 from gm_ompl.problem import Placements
 
 
@@ -39,6 +40,14 @@ class Lane:
         self.version = -1
         self.shut: Array | None = None
         self.closed: set[int] = set()
+
+    def tables(self, tables: Tables) -> Tables:
+        """Return the tables without the goal nodes at which the hand cannot leave."""
+        if not self.closed:
+            return tables
+        goal = tables.goal.copy()
+        goal[list(self.closed)] = False
+        return tables._replace(goal=goal)
 
     def bar(self, slot: int, node: int, cost: float) -> None:
         """Take note that lifting the finger at ``slot`` at this cost leads nowhere new."""

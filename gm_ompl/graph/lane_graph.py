@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
 from gm_ompl.graph.lane import Hub, Lane
+from gm_ompl.graph.lane_air import LaneAir
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import lane_table
 from gm_ompl.holds.bounds import refresh
@@ -35,7 +35,7 @@ class LaneGraph:
         tables: what all lanes share.
         sets: canonical sets of placements.
         bounds: of all hubs; None where they are too many.
-        landing: (n, placements, V), where a finger can be lifted or set down, as far as known.
+        air: ways through the air.
 
     Raises:
         LimitError: ``stop`` said so while the tables were made.
@@ -58,8 +58,7 @@ class LaneGraph:
         self.bounds = hub_bounds(problem, judge, self.tables)
         self._hubs_risen = self._states_asked = 0
         self._swept: IntArray | None = None
-        self._landed: dict[Placements, bool] = {}
-        self.landing, self._learnt = self.tables.node_free, set[int]()
+        self.air = LaneAir(problem, judge, self.nodes, self.tables.node_free)
 
     @property
     def version(self) -> int:
@@ -97,11 +96,7 @@ class LaneGraph:
     def renewed(self, lane: Lane, force: bool = False) -> Lane:
         """Return ``lane`` with its bounds renewed if cuts were added or ``force`` is set."""
         if force or lane.version != self._facts:
-            cuts, tables = self._backend.pool.tables, self.tables
-            if lane.closed:
-                goal = tables.goal.copy()
-                goal[list(lane.closed)] = False
-                tables = tables._replace(goal=goal)
+            cuts, tables = self._backend.pool.tables, lane.tables(self.tables)
             refresh(lane.rows, tables, cuts, lane.known, lane.z, lane.costs, lane.d)
             lane.version = self._facts
         return lane
@@ -140,8 +135,8 @@ class LaneGraph:
 
     def _revalue(self, hub: Hub) -> None:
         tables = self.tables
-        if self._learnt:
-            hub.table[~self.landing[hub.slot, hub.choices]] = np.inf
+        if self.air.learnt:
+            hub.table[~self.air.landing[hub.slot, hub.choices]] = np.inf
         best = hub.table.min(axis=0, initial=np.inf)
         hub.value = np.minimum(best, tables.X_regr + tables.least)
         bounds = None if self.bounds is None else self.bounds.row(hub.placements)
@@ -178,7 +173,7 @@ class LaneGraph:
                 one, cuts = np.array([index]), self._backend.pool.tables
                 hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, cuts, hub.table)
                 hub.versions[index] = self._facts
-            hub.table[index, ~self.landing[hub.slot, hub.choices[index]]] = np.inf
+            hub.table[index, ~self.air.landing[hub.slot, hub.choices[index]]] = np.inf
             renewed = True
         if renewed:
             self._revalue(hub)
@@ -204,7 +199,7 @@ class LaneGraph:
                 known = self._hubs.get(hub_set)
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
-                    self._mind_pockets(lane, k, known, G[k])
+                    self.air.mind_pockets(lane, k, known, G[k])
             cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, tables, travel)
             if slot < 0:
                 return cost, node, None
@@ -213,71 +208,19 @@ class LaneGraph:
             if not self.refined(hub, node) and not new:
                 return cost, node, hub
 
-    def _mind_pockets(self, lane: Lane, slot: int, hub: Hub, G: Array) -> None:
-        """Let the finger at ``slot`` be lifted where it leads to placements not reached yet."""
-        row = int(lane.rows[slot])
-        for node, doubtful in hub.doubtful.items():
-            if doubtful[row] and not self.is_outside(hub, node, row):
-                G[node] = np.inf
-        if lane.shut is not None:
-            np.minimum(G, lane.shut[slot], out=G)
-
-    def is_outside(self, hub: Hub, node: int, row: int) -> bool:
-        """Whether the lifted finger of a hub can get from a placement to outside all pockets."""
-        reach = self._judge.reach
-        return not reach.active or reach.outside(self._pose(node), hub.slot, hub.staying, row)
-
-    def joined(self, hub: Hub, node: int, a: int, b: int) -> bool:
-        """Whether the lifted finger of a hub gets from one placement to another at a node."""
-        if self._judge.reach.joined(self._pose(node), hub.slot, hub.staying, a, b):
-            return True
-        self._learn(node)
-        return False
-
-    def lands(self, placements: Placements) -> bool:
-        """Whether the fingers of a set can touch the object at the start, one after the other."""
-        known = self._landed.get(placements)
-        if known is None:
-            hand, reach = self._problem.fingers, self._judge.reach
-            order = reach.landing(self._pose(self.start), placements, hand.standing)
-            known = self._landed[placements] = order is not None
-        return known
-
-    def leaves(self, lane: Lane, node: int) -> bool:
-        """Whether the fingers of a lane can leave the object at a goal node, where they must."""
-        hand, reach = self._problem.fingers, self._judge.reach
-        return not hand.leave or reach.landing(self._pose(node), lane.placements) is not None
-
     def close(self, lane: Lane, node: int) -> None:
         """Take note that a lane cannot end at a goal node."""
         lane.closed.add(node)
         self.renewed(lane, force=True)
 
-    def _pose(self, node: int) -> Pose:
-        return self._problem.object_graph.pose(self.nodes[node])
-
-    def doubtful(self, hub: Hub, node: int) -> BoolArray | None:
-        """Return which rows (P,) of the lifted finger may be in pockets; None where none may."""
-        reach = self._judge.reach
-        if not reach.active:
-            return None
-        doubt: BoolArray = ~reach.at_once(self._pose(node), hub.slot, hub.staying)
-        doubt &= self.tables.node_free[hub.slot, :, node]
-        return doubt if doubt.any() else None
-
-    def _learn(self, node: int) -> None:
-        """Let no bound rest any more on a finger that touches in a pocket at a node."""
-        if node in self._learnt:
-            return
-        if not self._learnt:
-            self.landing = self.landing.copy()
-        self._learnt.add(node)
-        for i in self._fingers:
-            rows = np.flatnonzero(self.landing[i, :, node])
-            self.landing[i, rows, node] = self._judge.reach.regraspable(self._pose(node), i, rows)
-        for hub in self._hubs.values():
-            self._revalue(hub)
-        self._hubs_risen += 1
+    def joined(self, hub: Hub, node: int, a: int, b: int) -> bool:
+        """Whether the lifted finger of a hub gets from one placement to another at a node."""
+        joined = self.air.joined(hub, node, a, b)
+        if not joined and self.air.learn(node):
+            for known in self._hubs.values():
+                self._revalue(known)
+            self._hubs_risen += 1
+        return joined
 
     def keys(self, sets: IntArray, config: int) -> Array:
         """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
@@ -306,7 +249,7 @@ class LaneGraph:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
         assert self.bounds is not None, "sweep_price is infinite"
         assert self._swept is not None, "sweep_price was not asked"
-        gained = self.bounds.sweep(self._swept, self._known, self.landing)
+        gained = self.bounds.sweep(self._swept, self._known, self.air.landing)
         for hub in self._hubs.values():
             self._revalue(hub)
         self._hubs_risen += 1

@@ -12,17 +12,16 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
-from gm_ompl.holds.sets import LIFTED
+from gm_ompl.planners.lane_entries import Choices, Entry, Waiting, legs, lifted_row
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -34,74 +33,6 @@ SAME: Final = 1e-12
 
 FIRST_SWEEP: Final = 1000.0
 """Lanes treated in vain before a sweep over all lanes is considered."""
-
-
-@dataclass(frozen=True, eq=False)
-class Entry:
-    """A lane entered at a node.
-
-    Attributes:
-        placements: the lane's.
-        config: the node.
-        g: cost of getting there, all judged.
-        parent: the entry before the regrasp; None at the start.
-        way: the arcs along the parent's lane up to there.
-    """
-
-    placements: Placements
-    config: int
-    g: float
-    parent: Entry | None
-    way: tuple[int, ...] = ()
-
-
-@dataclass(eq=False)
-class Choices:
-    """A hub being left: its placements in increasing order of their bounds, one at a time."""
-
-    hub: Hub
-    config: int
-    g: float
-    parent: Entry
-    way: tuple[int, ...]
-    keys: Array
-    order: IntArray
-    pocket: bool = False
-    next: int = 0
-
-    @property
-    def row(self) -> int:
-        """From which placement the finger was lifted."""
-        return lifted_row(self.hub, self.parent.placements)
-
-
-Waiting: TypeAlias = Entry | Choices
-
-
-def lifted_row(hub: Hub, placements: Placements) -> int:
-    """Return the placement of a lane's finger that is lifted at a hub."""
-    left = list(placements)
-    for row in hub.placements:
-        if row != LIFTED:
-            left.remove(row)
-    return left[0]
-
-
-def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
-    """Return the arcs of a plan that follows an entry's lane along ``way``, and its legs.
-
-    A leg's places are counted in arcs from the start.
-    """
-    arcs, parts = way, [(entry.placements, len(way))]
-    while entry.parent is not None:
-        arcs = entry.way + arcs
-        parts.append((entry.parent.placements, len(entry.way)))
-        entry = entry.parent
-    found, at = list[Leg](), 0
-    for placements, count in reversed(parts):
-        found.append((placements, at, at + count))
-        at += count
-    return arcs, found
 
 
 @final
@@ -208,7 +139,7 @@ class LaneSearch:
         if stale:
             self._push(entry.g + cost, entry)
             self._wasted(1)
-        elif entry.parent is None and not graph.lands(entry.placements):
+        elif entry.parent is None and not graph.air.lands(entry.placements):
             return
         elif hub is None:
             self._finish(lane, entry)
@@ -236,7 +167,7 @@ class LaneSearch:
         """Judge the lane to the goal; a plan is found where it holds."""
         way = self._graph.way(lane, entry.config)
         end = int(self._graph.tables.head[way[-1]]) if way else entry.config
-        if not self._graph.leaves(lane, end):
+        if not self._graph.air.leaves(lane, end):
             self._graph.close(lane, end)
         elif self._graph.judge_arcs(lane, way):
             total = entry.g + float(lane.d[entry.config])
@@ -272,10 +203,10 @@ class LaneSearch:
     def _lift(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
         """Reach a hub at cost ``g``, or the part of it that belongs to a pocket."""
         graph, row = self._graph, lifted_row(hub, parent.placements)
-        if graph.is_outside(hub, node, row):
+        if graph.air.is_outside(hub, node, row):
             if g < hub.reached[node]:
                 hub.reached[node] = g
-                doubtful = graph.doubtful(hub, node)
+                doubtful = graph.air.doubtful(hub, node)
                 if doubtful is not None:
                     hub.doubtful[node] = doubtful
                 self._offer(hub, node, g, parent, way)
@@ -304,7 +235,7 @@ class LaneSearch:
             sets = np.tile(hub.rows, (len(hub.choices), 1))
             sets[:, hub.slot] = hub.choices
             onward = graph.keys(graph.sets.canonical_rows(sets), node)
-        free = graph.landing[hub.slot, hub.choices, node]
+        free = graph.air.landing[hub.slot, hub.choices, node]
         keys: Array = np.where(free, onward, np.inf)
         return keys
 

@@ -16,7 +16,8 @@ from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Move, Placements, Problem
-from gm_ompl.reference.air import AirJudge, Freedom
+from gm_ompl.reference.air import Freedom
+from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.reference.modes import decide_modes
 
