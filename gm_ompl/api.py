@@ -7,6 +7,7 @@ import numbers
 import os
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
@@ -19,6 +20,7 @@ from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Verdict
+from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.assemble import assemble
@@ -106,18 +108,20 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
-    steady, fallbacks = Steady((), ()), 0
+    steady, fallbacks, pockets = Steady((), ()), 0, 0
     try:
         judging = _judge(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
-        fallbacks = judging.backend.fallbacks
-        steady = _steady(judging, result.moves)
+        fallbacks, pockets = judging.backend.fallbacks, judging.reach.pockets
+        steady = _finished(judging, result.moves)
         moves = at_true_cost(problem, steady.moves)
     except LimitError as stopped:  # before the search could begin
         result = _unbegun(Status.BUDGET, started, ended_by=str(stopped))
     except KeyboardInterrupt:  # likewise, or twice
         result = _unbegun(Status.INTERRUPTED, started)
     statistics = {**result.statistics, "fallback_decisions": fallbacks, **steady.statistics()}
+    if pockets:
+        statistics["pockets"] = pockets
     if result.status is Status.BUDGET and limits.reached():
         statistics.setdefault("ended_by", limits.reached())
     return assemble(
@@ -247,16 +251,18 @@ def explain(
         return explain(given, q, rows, samples=samples, seed=seed, seconds=limit)
 
 
-def _steady(judging: Judge, moves: tuple[Move, ...]) -> Steady:
-    """Return a planner's moves under steady control; as they are where that takes too long.
+def _finished(judging: Judge, moves: tuple[Move, ...]) -> Steady:
+    """Return a planner's moves under steady control and with ways through the air.
 
-    A search that used its time up leaves none for it: it gets a little of its own.
+    A search that used its time up leaves none for control: it gets a little of its own.
     """
     try:
         with limits.lifted(STEADY_SECONDS if limits.left() < math.inf else None):
-            return steady_moves(judging, moves)
+            steady = steady_moves(judging, moves)
     except (KeyboardInterrupt, LimitError):
-        return Steady(moves, None)
+        steady = Steady(moves, None)
+    with limits.lifted():  # a plan that was found is not lost
+        return replace(steady, moves=with_ways(judging.reach, steady.moves))
 
 
 def loaded(scenario: ScenarioLike) -> Scenario:

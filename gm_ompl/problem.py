@@ -41,6 +41,10 @@ class Fingers:
         placements: the placements, common to all fingers.
         start: per finger, its placement in the start state, or None for any.
         goal: likewise in the goal state.
+        clearance: (n,), how much wider than the fingertip a gap is that must count as open.
+        transit: whether a finger needs a way through the air to where it first touches and to
+            where it is regrasped.
+        leave: whether, at the goal, every finger needs a way off.
     """
 
     radius: Array
@@ -50,15 +54,23 @@ class Fingers:
     placements: PlacementTable
     start: tuple[int | None, ...]
     goal: tuple[int | None, ...]
+    clearance: Array
+    transit: bool = True
+    leave: bool = False
 
     def __post_init__(self) -> None:
         n = len(self.start)
-        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,), soft=(n,))
+        fix(self, radius=(n,), max_normal_force=(n,), friction=(n,), soft=(n,), clearance=(n,))
 
     @property
     def count(self) -> int:
         """Number of fingers n."""
         return len(self.start)
+
+    @property
+    def standing(self) -> tuple[int, ...]:
+        """The fingers that touch before the plan begins."""
+        return tuple(i for i, row in enumerate(self.start) if row is not None)
 
     def centres(self, placements: Placements) -> Array:
         """Return the fingertips' centres (n, 3), object frame, one row per finger."""
@@ -84,7 +96,7 @@ class Fingers:
         for i in range(self.count):
             key = (
                 float(self.radius[i]), float(self.max_normal_force[i]), float(self.friction[i]),
-                float(self.soft[i]), self.start[i], self.goal[i],
+                float(self.soft[i]), self.start[i], self.goal[i], float(self.clearance[i]),
             )  # fmt: skip
             groups.setdefault(key, []).append(i)
         return tuple(tuple(group) for group in groups.values())
@@ -241,6 +253,8 @@ class Regrasp:
         placements: per physical finger, before the move.
         rest: the decision for the other fingers (in finger order, the lifted one left out).
         cost: Eq. (10).
+        way: (k, 3), corners of the fingertip's way through the air, its centre, world frame; None
+            where it is not planned.
     """
 
     pose: Pose = field(compare=False)
@@ -250,6 +264,7 @@ class Regrasp:
     placements: Placements
     rest: ModeDecision
     cost: float
+    way: Array | None = field(default=None, compare=False)
 
 
 Move: TypeAlias = Displacement | Regrasp

@@ -184,13 +184,7 @@ def _regrasp(
 
 def transit_path(problem: Problem, pose: Pose, step: RegraspStep) -> Array:
     """Return points (k, 3) of the lifted fingertip's way, object frame, at nearly equal times."""
-    points, normals = (
-        np.array([getattr(place, name) for place in step.placements])
-        for name in ("point", "normal")
-    )
-    transit = Transit(problem, pose, points, normals, HEIGHT * problem.body.diagonal)
-    corners, _ = transit.way(step.finger, np.array(step.to.point), np.array(step.to.normal))
-    corners = pose.to_object(corners)
+    corners = pose.to_object(_corners(problem, pose, step))
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     shares = TRANSIT_POINTS * lengths / max(float(lengths.sum()), np.finfo(float).tiny)
     legs = [
@@ -198,6 +192,19 @@ def transit_path(problem: Problem, pose: Pose, step: RegraspStep) -> Array:
         for a, b, share in zip(corners, corners[1:], shares.tolist(), strict=False)
     ]
     return np.concatenate([*legs, corners[-1:]])
+
+
+def _corners(problem: Problem, pose: Pose, step: RegraspStep) -> Array:
+    """Return the corners of the way, world frame: as planned, else one found here."""
+    if step.way is not None:
+        return np.array(step.way)
+    points, normals = (
+        np.array([getattr(place, name) for place in step.placements])
+        for name in ("point", "normal")
+    )
+    transit = Transit(problem, pose, points, normals, HEIGHT * problem.body.diagonal)
+    corners, _ = transit.way(step.finger, np.array(step.to.point), np.array(step.to.normal))
+    return corners
 
 
 def _poses(part: Segment) -> Array:

@@ -169,6 +169,8 @@ def summary(plan: Plan) -> Iterator[str]:
         f"  search       {spent.time_s:.2f} s, {spent.expanded:,} nodes expanded, "
         f"{spent.mode_decisions:,} mode decisions"
     )
+    if pockets := (spent.model_extra or {}).get("pockets"):
+        yield f"  refused      {pockets:,} first touches and regrasps: a fingertip is in a pocket"
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
 

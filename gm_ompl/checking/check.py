@@ -12,8 +12,11 @@ from gm_ompl.checking.kinematics import AnyStep, Kinematics
 from gm_ompl.checking.recheck import Recheck, Tolerances
 from gm_ompl.checking.report import CheckReport, Findings, StepReport
 from gm_ompl.checking.steps import check_displacement, check_regrasp
+from gm_ompl.checking.ways import check_landing, check_leaving
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
 
 Spots = tuple[tuple[str, tuple[int, int]], ...]
@@ -36,6 +39,7 @@ def check_continuity(
     """Judge whether the hand is at ``step`` where ``last`` left it (or as given, where None)."""
     if last is None:
         _check_given(recheck, "start", recheck.problem.fingers.start, step.placements, found)
+        _check_coming(recheck, step, found)
         return
     have, want = _spots(step.placements), _spots(placements_after(last))
     found.check(
@@ -43,6 +47,30 @@ def check_continuity(
         have == want,
         f"placements are {_show(have)}; after the last step they are {_show(want)}",
     )
+
+
+def _rows(recheck: Recheck, records: Sequence[PlacementRecord]) -> Placements | None:
+    """Return the rows of a whole hand's placements; None where one is in no table."""
+    table = recheck.problem.fingers.placements
+    rows = [table.find(record.face, record.cell) for record in records]
+    known = tuple(row for row in rows if row is not None)
+    return known if len(known) == recheck.problem.fingers.count == len(rows) else None
+
+
+def _check_coming(recheck: Recheck, step: AnyStep, found: Findings) -> None:
+    """Judge whether the fingers can come to where the first step has them."""
+    problem, rows = recheck.problem, _rows(recheck, step.placements)
+    if problem.fingers.transit and rows is not None:
+        check_landing(recheck, problem.motion.pose(problem.start), rows, found)
+
+
+def _check_end(recheck: Recheck, step: AnyStep, pose: Pose | None, found: Findings) -> None:
+    """Judge where the fingers are after the last step, and whether they can leave."""
+    hand, after = recheck.problem.fingers, placements_after(step)
+    _check_given(recheck, "goal", hand.goal, after, found)
+    rows = _rows(recheck, after)
+    if hand.transit and hand.leave and pose is not None and rows is not None:
+        check_leaving(recheck, pose, rows, found)
 
 
 def _check_given(
@@ -183,6 +211,7 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
         place = kinematics.place(step)
         if isinstance(step, DisplacementStep):
             arc = kinematics.displacement(step, found)
+            pose = None if arc is None else arc.end
             check_displacement(recheck, step, arc, found)
             junctions.displacement(step, arc, found)
         else:
@@ -191,8 +220,7 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
             junctions.regrasp(step, pose, found)
         if number == len(plan.steps) - 1:
             kinematics.goal(step, found)
-            after = placements_after(step)
-            _check_given(recheck, "goal", recheck.problem.fingers.goal, after, found)
+            _check_end(recheck, step, pose, found)
         reports.append(found.report(step.kind, place))
         violations += found.violations
         last = step

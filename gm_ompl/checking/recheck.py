@@ -18,6 +18,7 @@ from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
+from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.junction import equilibrium
 from gm_ompl.reference.modes import combinations, decide_modes, margin
 from gm_ompl.reference.stability import NEGLIGIBLE, stability
@@ -43,6 +44,7 @@ class Tolerances:
         cost: of costs, relative; sums of products of square roots agree to far less.
         optimal: of a proven optimum, relative.
         balance: of equilibrium where z is 0: what may be missing, over M g.
+        way: of where a way through the air begins and ends, relative to D.
     """
 
     coordinate: float = 1e-9
@@ -57,6 +59,7 @@ class Tolerances:
     cost: float = 1e-7
     optimal: float = 1e-6
     balance: float = 1e-8
+    way: float = 1e-9
 
 
 Fingers = tuple[int, ...]
@@ -102,6 +105,7 @@ class Recheck:
     Attributes:
         problem: the problem, made from the plan's scenario.
         tolerances: of the check.
+        air: ways through the air.
     """
 
     def __init__(self, problem: Problem, tolerances: Tolerances | None = None) -> None:
@@ -112,6 +116,7 @@ class Recheck:
         floor, touching = environment.floor, environment.contact_tolerance
         self._scene = Scene(problem.body, bodies, floor, touching)
         self._swept = SweptJudge(problem.body, tuple(bodies), floor, touching)
+        self.air = AirJudge(problem)
         self._known: dict[Hashable, Any] = {}
         self._guess: dict[object, Forces] = {}
         self._remembered = Remembered()

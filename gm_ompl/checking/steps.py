@@ -7,6 +7,7 @@ import numpy as np
 from gm_ompl.checking.hold import check_hold, check_placement, check_placements, named
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
+from gm_ompl.checking.ways import check_way
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
@@ -90,6 +91,7 @@ def check_regrasp(recheck: Recheck, step: RegraspStep, pose: Pose | None, found:
     found.check("geometry", reason is None, f"before the regrasp: {reason}")
     if target is not None:
         _check_target(recheck, step, (rows, target), pose, found)
+        check_way(recheck, step, (rows, target), pose, found)
     _check_rest(recheck, step, rows, pose, found)
     found.cost = recheck.problem.cost.regrasp
     allowed = recheck.tolerances.cost * found.cost

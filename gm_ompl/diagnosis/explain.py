@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TypeVar, final
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.diagnosis import remedies
 from gm_ompl.diagnosis.instants import Explainer, contact_lines
+from gm_ompl.diagnosis.pockets import pocket_line
 from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import finer, sampled, search
 from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
@@ -26,6 +28,7 @@ from gm_ompl.diagnosis.values import (
 from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.limits import Limits
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates
@@ -129,11 +132,16 @@ class _Explaining:
             verdict = f"these placements at this point: {moving[0].finding.value}"
         else:
             verdict = f"these placements hold here in {good} of {len(moving)} directions of motion"
+        pocket = pocket_line(self._explainer, at, placements)
+        if pocket is not None:
+            verdict, lines = f"{verdict}; {pocket.finding.value}", (*lines, pocket)
         return self._made(verdict, instants=lines, contacts=self._contacts(at))
 
     def _line(self, placements: Placements) -> SetLine:
         whole = whole_lane if self._on_path else whole_region
-        return whole(self._explainer, placements)
+        line = whole(self._explainer, placements)
+        pocket = pocket_line(self._explainer, self._problem.start, placements)
+        return line if pocket is None else replace(line, holds=False, forward=pocket)
 
     def _set(self, placements: Placements) -> Explanation:
         line = self._line(placements)
@@ -260,6 +268,11 @@ class _Explaining:
         region = Region(self._explainer, placements, backwards)
         line = region.failure()
         blocked, ratio = (None, None) if line is None else (line.finding, line.ratio)
+        if (
+            not backwards
+            and pocket_line(self._explainer, self._problem.start, placements) is not None
+        ):
+            blocked = Finding.POCKET
         return placements, blocked, ratio, -region.nearest
 
 

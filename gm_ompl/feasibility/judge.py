@@ -23,6 +23,7 @@ from gm_ompl.contact.environment import (
 )
 from gm_ompl.feasibility.backends import Backend
 from gm_ompl.feasibility.keys import PoseClass, PoseClasses
+from gm_ompl.feasibility.reach import Reach
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
@@ -63,6 +64,7 @@ class Judge:
         backend: decides Sec. 3.4.
         clear: clear[i][j], (P, P) or None for i = j: whether fingertip i at a row and fingertip
             j at a column do not penetrate each other. Constant in the object frame.
+        reach: answers about ways through the air.
         configurations: poses whose geometry was asked for.
     """
 
@@ -78,6 +80,7 @@ class Judge:
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
         self.clear = self._clearances()
+        self.reach = Reach(problem, self._centres)
         each = 400 + len(hand.placements) * len(self._centres)
         self._pose_classes = PoseClasses(problem)
         self._nodes = Memo[bytes | PoseClass, NodeGeometry](each)

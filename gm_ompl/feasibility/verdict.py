@@ -13,6 +13,7 @@ class Finding(enum.Enum):
 
     HOLDS = "z reaches z_min"
     GEOMETRY = "the object or a fingertip penetrates something"
+    POCKET = "a fingertip is in a pocket: no way through the air leads there"
     INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
     NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
     UNSTABLE = "z is below z_min"

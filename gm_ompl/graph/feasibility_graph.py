@@ -9,6 +9,7 @@ they have with the paper's arcs from placement to placement.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import final
 
@@ -22,7 +23,7 @@ from gm_ompl.graph.heuristic import Heuristic
 from gm_ompl.holds.cost import displacement_cost, stability_factor
 from gm_ompl.holds.extraction import Leg, merged
 from gm_ompl.holds.goals import fits, restricted
-from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, ordered_sets
+from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, ordered_sets, staying_of
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Placements
 
@@ -54,6 +55,7 @@ class FeasibilityGraph:
         self._z_floor = problem.z_floor
         self._fingers = tuple(range(problem.fingers.count))
         self._rests: dict[int, int] = {}
+        self._reach = judge.reach
         self.sets = PlacementSets(problem.fingers.groups())
         self.arcs_of_object = ObjectArcs(judge)
 
@@ -74,7 +76,11 @@ class FeasibilityGraph:
 
     def parts(self, node: int) -> tuple[int, Placements]:
         """Return the object's node and the canonical set of ``node``."""
-        return node & OBJECT, self.sets.placements(node >> BITS)
+        return node & OBJECT, self.sets.placements(node >> BITS)[: len(self._fingers)]
+
+    def _origin(self, hub: int) -> int | None:
+        """Return the placement in a pocket that alone leads to a hub; None: it is outside."""
+        return next(iter(self.sets.placements(hub >> BITS)[len(self._fingers) :]), None)
 
     def sources(self) -> Iterator[tuple[float, int]]:
         """Yield (bound, node) of all start nodes; bounds on the estimates do not decrease."""
@@ -95,7 +101,11 @@ class FeasibilityGraph:
         config, placements = self.parts(node)
         if LIFTED in placements or not self._objects.in_goal(config):
             return False
-        return fits(placements, self._problem.fingers.goal)
+        hand = self._problem.fingers
+        if not fits(placements, hand.goal):
+            return False
+        pose = self._objects.pose(config)
+        return not hand.leave or self._reach.landing(pose, placements) is not None
 
     def arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
         """Yield (head, least cost, exact): displacement arcs, or from a hub to all placements.
@@ -104,8 +114,7 @@ class FeasibilityGraph:
         """
         config, placements = self.parts(node)
         if LIFTED in placements:
-            for head in self._touching_down(config, placements):
-                yield head, 0.0, True
+            yield from self._touching_down(node)
             return
         first = node - config
         for head, arc in self.arcs_of_object.leaving(config).items():
@@ -113,10 +122,16 @@ class FeasibilityGraph:
                 yield first + head, arc.least_cost(placements), False
 
     def late_arcs(self, node: int) -> Iterator[tuple[int, float, bool]]:
-        """Yield (head, X_regr, False) of the arcs that lift a finger."""
+        """Yield (head, X_regr, False) of the arcs that lift a finger.
+
+        A finger that is in a pocket leads to a hub of its own: what it reaches is in the pocket.
+        """
         config, placements = self.parts(node)
-        for hub in dict.fromkeys(self.sets.hubs(placements)):
-            yield self.node(config, hub), self._X_regr, False
+        for hub, row in zip(self.sets.hubs(placements), placements, strict=True):
+            outside = not self._reach.active or self._reach.outside(
+                self._objects.pose(config), hub.index(LIFTED), staying_of(hub), row
+            )
+            yield self.node(config, hub if outside else (*hub, row)), self._X_regr, False
 
     def late_bound(self, node: int) -> float:
         """Return a lower bound on the cost to the goal if a finger is lifted next."""
@@ -127,6 +142,8 @@ class FeasibilityGraph:
         """Return the present lower bound on an arc's cost; +inf where it cannot hold."""
         config, placements = self.parts(tail)
         end, after = self.parts(head)
+        if LIFTED in placements:
+            return 0.0
         if config == end:
             return self._X_regr if self._rest_bound(config, after) >= self._z_min else math.inf
         return self._bounded_cost(self.arcs_of_object.leaving(config)[end], placements)
@@ -135,6 +152,8 @@ class FeasibilityGraph:
         """Return an arc's cost, (9) or (10); +inf where it is not feasible."""
         config, placements = self.parts(tail)
         end, after = self.parts(head)
+        if LIFTED in placements:
+            return 0.0 if self._lands(tail, after) else math.inf
         if config == end:
             return self._X_regr if self.rest(config, after).z >= self._z_min else math.inf
         arc = self.arcs_of_object.leaving(config)[end]
@@ -182,10 +201,30 @@ class FeasibilityGraph:
         lengths = arc.lengths_by_state(placements)
         return displacement_cost(lengths, z, self._X_stab, self._z_floor)
 
-    def _touching_down(self, config: int, hub: Placements) -> Iterator[int]:
-        """Yield the nodes from a hub: the lifted finger at every free placement."""
-        slot = hub.index(LIFTED)
-        geometry = self._judge.node(self._objects.pose(config))
-        free = geometry.free[slot] & beside(hub, self._judge.clear)
+    def starts_at(self, node: int) -> bool:
+        """Whether the fingers can touch the object at a start node, one after the other."""
+        config, placements = self.parts(node)
+        pose, standing = self._objects.pose(config), self._problem.fingers.standing
+        return self._reach.landing(pose, placements, standing) is not None
+
+    def _lands(self, node: int, after: Placements) -> bool:
+        """Whether the finger lifted at a hub gets to where it is in ``after``."""
+        config, hub = self.parts(node)
+        (row,) = (Counter(after) - Counter(hub)).elements()
+        pose, slot, staying = self._objects.pose(config), hub.index(LIFTED), staying_of(hub)
+        origin = self._origin(node)
+        if origin is None:
+            return self._reach.outside(pose, slot, staying, row)
+        return self._reach.joined(pose, slot, staying, origin, row)
+
+    def _touching_down(self, node: int) -> Iterator[tuple[int, float, bool]]:
+        """Yield the arcs from a hub: the lifted finger to every free placement."""
+        config, hub = self.parts(node)
+        slot, pose = hub.index(LIFTED), self._objects.pose(config)
+        free = self._judge.node(pose).free[slot] & beside(hub, self._judge.clear)
+        sure = np.ones(len(free), dtype=bool)
+        if self._reach.active:
+            sure = self._reach.at_once(pose, slot, staying_of(hub))
+            sure = sure & (self._origin(node) is None)
         for row in np.flatnonzero(free).tolist():
-            yield self.node(config, self.sets.replaced(hub, slot, row))
+            yield self.node(config, self.sets.replaced(hub, slot, row)), 0.0, bool(sure[row])

@@ -194,19 +194,21 @@ class HubBounds:
             code = code * self._base + (0 if row == LIFTED else row + 1)
         return self._index[code]
 
-    def sweep(self, sets: IntArray, known: Known) -> bool:
+    def sweep(self, sets: IntArray, known: Known, lands: BoolArray) -> bool:
         """Renew all bounds; whether any rose.
 
         Args:
             sets: (L, n), all canonical sets.
             known: what was decided of them, and of hubs.
+            lands: (n, placements, V), where a finger can be lifted or set down.
         """
         for hub, stable in known.all_rests():
             self._stable[self._number(hub)] &= stable != 0
         ids = self.ids(sets)
         costs, d = known.bounds(sets)
         V = np.full_like(self.V, np.inf)
-        while lower_hubs(sets, ids, self._tables, costs, d, self._stable, V):
+        tables = self._tables._replace(node_free=lands)
+        while lower_hubs(sets, ids, tables, costs, d, self._stable, V):
             limits.check()
         before, self.V = self.V, np.maximum(self.V, V)
         return bool(np.any(before < self.V))

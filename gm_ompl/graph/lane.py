@@ -7,7 +7,8 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.holds.sets import LIFTED
+from gm_ompl.holds.sets import LIFTED, staying_of
+from gm_ompl.holds.tables import Tables
 from gm_ompl.problem import Placements
 
 
@@ -24,6 +25,9 @@ class Lane:
         costs: (K,), lower bounds on Eq. (9) by kind of arc.
         d: (V,), lower bounds on the cost to the goal inside the lane.
         version: of the cuts when the bounds were last renewed.
+        shut: (n, V), where lifting the finger at a slot leads nowhere: -inf where it cannot get
+            away; a cost where it was lifted in a pocket at that cost. None: nowhere that is known.
+        closed: goal nodes at which the hand cannot leave.
     """
 
     def __init__(
@@ -34,6 +38,22 @@ class Lane:
         self.z = np.full(known.shape, np.inf)
         self.costs, self.d = np.empty(len(known)), np.empty(nodes)
         self.version = -1
+        self.shut: Array | None = None
+        self.closed: set[int] = set()
+
+    def tables(self, tables: Tables) -> Tables:
+        """Return the tables without the goal nodes at which the hand cannot leave."""
+        if not self.closed:
+            return tables
+        goal = tables.goal.copy()
+        goal[list(self.closed)] = False
+        return tables._replace(goal=goal)
+
+    def bar(self, slot: int, node: int, cost: float) -> None:
+        """Take note that lifting the finger at ``slot`` at this cost leads nowhere new."""
+        if self.shut is None:
+            self.shut = np.full((len(self.rows), len(self.d)), np.inf)
+        self.shut[slot, node] = min(self.shut[slot, node], cost)
 
 
 @final
@@ -43,6 +63,7 @@ class Hub:
     Attributes:
         placements: canonical, with LIFTED.
         slot: who is lifted.
+        staying: the fingers that touch, and the row of each.
         rows: (n,), 0 at ``slot``.
         choices: where the lifted finger may go, clear of the others.
         number: (placements,), each choice's number; -1 elsewhere.
@@ -51,12 +72,14 @@ class Hub:
             itself must be asked.
         stable: (V,), whether the rest holds the object, as ``Known.rests`` has it.
         value: (V,), lower bounds on the cost from the hub.
-        reached: (V,), least cost at which it was reached.
+        reached: (V,), least cost at which it was reached from outside pockets.
+        doubtful: per node where it was reached, the rows (P,) that may be in pockets; without
+            nodes that have none.
     """
 
     def __init__(self, placements: Placements, fits: BoolArray, stable: IntArray) -> None:
         self.placements, self.stable = placements, stable
-        self.slot = placements.index(LIFTED)
+        self.slot, self.staying = placements.index(LIFTED), staying_of(placements)
         self.rows = np.array(placements, dtype=np.int64)
         self.rows[self.slot] = 0
         self.choices = np.flatnonzero(fits)
@@ -65,3 +88,4 @@ class Hub:
         self.versions = np.full(len(self.choices), -1, dtype=np.int64)
         self.value = np.empty(len(stable))
         self.reached = np.full(len(stable), np.inf)
+        self.doubtful: dict[int, BoolArray] = {}

@@ -14,6 +14,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
 from gm_ompl.graph.lane import Hub, Lane
+from gm_ompl.graph.lane_air import LaneAir
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import lane_table
 from gm_ompl.holds.bounds import refresh
@@ -43,6 +44,7 @@ class LaneGraph:
         tables: what all lanes share.
         sets: canonical sets of placements.
         bounds: of all hubs; None where they are too many.
+        air: ways through the air.
 
     Raises:
         LimitError: ``stop`` said so while the tables were made.
@@ -70,6 +72,7 @@ class LaneGraph:
         self.bounds = hub_bounds(problem, judge, self.tables)
         self._hubs_risen = self._states_asked = 0
         self._swept: IntArray | None = None
+        self.air = LaneAir(problem, judge, self.nodes, self.tables.node_free)
 
     @property
     def version(self) -> int:
@@ -107,8 +110,8 @@ class LaneGraph:
     def renewed(self, lane: Lane, force: bool = False) -> Lane:
         """Return ``lane`` with its bounds renewed if cuts were added or ``force`` is set."""
         if force or lane.version != self._facts:
-            cuts = self._backend.pool.tables
-            refresh(lane.rows, self.tables, cuts, lane.known, lane.z, lane.costs, lane.d)
+            cuts, tables = self._backend.pool.tables, lane.tables(self.tables)
+            refresh(lane.rows, tables, cuts, lane.known, lane.z, lane.costs, lane.d)
             lane.version = self._facts
         return lane
 
@@ -146,6 +149,8 @@ class LaneGraph:
 
     def _revalue(self, hub: Hub) -> None:
         tables = self.tables
+        if self.air.learnt:
+            hub.table[~self.air.landing[hub.slot, hub.choices]] = np.inf
         best = hub.table.min(axis=0, initial=np.inf)
         hub.value = np.minimum(best, tables.X_regr + tables.least)
         bounds = None if self.bounds is None else self.bounds.row(hub.placements)
@@ -182,6 +187,7 @@ class LaneGraph:
                 one, cuts = np.array([index]), self._backend.pool.tables
                 hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, cuts, hub.table)
                 hub.versions[index] = self._facts
+            hub.table[index, ~self.air.landing[hub.slot, hub.choices[index]]] = np.inf
             renewed = True
         if renewed:
             self._revalue(hub)
@@ -207,6 +213,7 @@ class LaneGraph:
                 known = self._hubs.get(hub_set)
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
+                    self.air.mind_pockets(lane, k, known, G[k])
             cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, tables, travel)
             if slot < 0:
                 return cost, node, None
@@ -214,6 +221,20 @@ class LaneGraph:
             hub = self.hub(hubs[slot])
             if not self.refined(hub, node) and not new:
                 return cost, node, hub
+
+    def close(self, lane: Lane, node: int) -> None:
+        """Take note that a lane cannot end at a goal node."""
+        lane.closed.add(node)
+        self.renewed(lane, force=True)
+
+    def joined(self, hub: Hub, node: int, a: int, b: int) -> bool:
+        """Whether the lifted finger of a hub gets from one placement to another at a node."""
+        joined = self.air.joined(hub, node, a, b)
+        if not joined and self.air.learn(node):
+            for known in self._hubs.values():
+                self._revalue(known)
+            self._hubs_risen += 1
+        return joined
 
     def keys(self, sets: IntArray, config: int) -> Array:
         """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
@@ -242,7 +263,7 @@ class LaneGraph:
         """Renew the bounds of all hubs, any number of regrasps ahead; whether any rose."""
         assert self.bounds is not None, "sweep_price is infinite"
         assert self._swept is not None, "sweep_price was not asked"
-        gained = self.bounds.sweep(self._swept, self._known)
+        gained = self.bounds.sweep(self._swept, self._known, self.air.landing)
         for hub in self._hubs.values():
             self._revalue(hub)
         self._hubs_risen += 1

@@ -156,6 +156,11 @@ def beside(hub: Placements, clear: Clearances) -> BoolArray:
     return np.logical_and.reduce(pairs) if pairs else np.ones(1, dtype=bool)
 
 
+def staying_of(hub: Placements) -> tuple[tuple[int, int], ...]:
+    """Return the fingers that touch at a hub, and the row of each."""
+    return tuple((i, row) for i, row in enumerate(hub) if row != LIFTED)
+
+
 def _clear_of(finger: int, row: int, other: int, pool: IntArray, clear: Clearances) -> IntArray:
     """Return the rows of ``pool`` where ``other`` is clear of ``finger`` at ``row``."""
     pair = clear[finger][other]

@@ -115,7 +115,8 @@ def _step(problem: Problem, move: Move) -> DisplacementStep | RegraspStep:
         )  # fmt: skip
     return _made(
         RegraspStep, kind="regrasp", at=move.at, finger=move.finger,
-        from_=placements[move.finger], to=placement_record(problem, move.target), way=None,
+        from_=placements[move.finger], to=placement_record(problem, move.target),
+        way=None if move.way is None else move.way.tolist(),
         placements=placements, **control(move.rest, move.finger), cost=move.cost,
     )  # fmt: skip
 

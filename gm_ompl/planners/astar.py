@@ -39,6 +39,9 @@ class LazyGraph(Protocol):
     def sources(self) -> Iterator[tuple[float, int]]:
         """Yield (bound, start node); bounds are at most the estimates and do not decrease."""
 
+    def starts_at(self, node: int) -> bool:
+        """Whether a source is one, asked when it comes to the front."""
+
     def estimate(self, node: int) -> float:
         """Return a lower bound on the cost to the goal; it may grow, and may be +inf."""
 
@@ -143,7 +146,6 @@ class BestFirstSearch:
         self._push(max(f, bound), START, START, 0.0, True)
         estimate = self._graph.estimate(node)
         if estimate < self.cost and self._improves(node, 0.0):
-            self._tentative[node] = 0.0
             self._push(max(bound, estimate), node, START, 0.0, True)
 
     def _visit(self, f: float, head: int, tail: int, g: float, exact: bool) -> None:
@@ -152,6 +154,10 @@ class BestFirstSearch:
             return
         graph = self._graph
         estimate = graph.estimate(head)
+        if tail == START and g + estimate <= f:
+            if not graph.starts_at(head):
+                return
+            self._tentative[head] = g
         if not exact:
             g = self._closed[tail] + graph.optimistic(tail, head)
             if g + estimate > f:

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass
-from typing import Final, TypeAlias, final
+from typing import Final, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
+from gm_ompl.planners.lane_entries import Choices, Entry, Waiting, legs, lifted_row
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -33,59 +33,6 @@ SAME: Final = 1e-12
 
 FIRST_SWEEP: Final = 1000.0
 """Lanes treated in vain before a sweep over all lanes is considered."""
-
-
-@dataclass(frozen=True, eq=False)
-class Entry:
-    """A lane entered at a node.
-
-    Attributes:
-        placements: the lane's.
-        config: the node.
-        g: cost of getting there, all judged.
-        parent: the entry before the regrasp; None at the start.
-        way: the arcs along the parent's lane up to there.
-    """
-
-    placements: Placements
-    config: int
-    g: float
-    parent: Entry | None
-    way: tuple[int, ...] = ()
-
-
-@dataclass(eq=False)
-class Choices:
-    """A hub being left: its placements in increasing order of their bounds, one at a time."""
-
-    hub: Hub
-    config: int
-    g: float
-    parent: Entry
-    way: tuple[int, ...]
-    keys: Array
-    order: IntArray
-    next: int = 0
-
-
-Waiting: TypeAlias = Entry | Choices
-
-
-def legs(entry: Entry, way: tuple[int, ...]) -> tuple[tuple[int, ...], list[Leg]]:
-    """Return the arcs of a plan that follows an entry's lane along ``way``, and its legs.
-
-    A leg's places are counted in arcs from the start.
-    """
-    arcs, parts = way, [(entry.placements, len(way))]
-    while entry.parent is not None:
-        arcs = entry.way + arcs
-        parts.append((entry.parent.placements, len(entry.way)))
-        entry = entry.parent
-    found, at = list[Leg](), 0
-    for placements, count in reversed(parts):
-        found.append((placements, at, at + count))
-        at += count
-    return arcs, found
 
 
 @final
@@ -201,6 +148,8 @@ class LaneSearch:
         if stale:
             self._push(entry.g + cost, entry)
             self._wasted(1)
+        elif entry.parent is None and not graph.air.lands(entry.placements):
+            return
         elif hub is None:
             self._finish(lane, entry)
         else:
@@ -226,7 +175,10 @@ class LaneSearch:
     def _finish(self, lane: Lane, entry: Entry) -> None:
         """Judge the lane to the goal; a plan is found where it holds."""
         way = self._graph.way(lane, entry.config)
-        if self._graph.judge_arcs(lane, way):
+        end = int(self._graph.tables.head[way[-1]]) if way else entry.config
+        if not self._graph.air.leaves(lane, end):
+            self._graph.close(lane, end)
+        elif self._graph.judge_arcs(lane, way):
             # Not the lane's bound: judged, the way may cost more than another one there.
             total = entry.g + math.fsum(lane.costs[self._graph.tables.kind[list(way)]])
             if total < self.cost:
@@ -239,7 +191,7 @@ class LaneSearch:
         graph, way = self._graph, self._graph.way(lane, entry.config, node)
         if graph.judge_rest(hub, node) and self._goes_on(hub, node) and graph.judge_arcs(lane, way):
             through = graph.tables.X_regr + math.fsum(lane.costs[graph.tables.kind[list(way)]])
-            self._reach(hub, node, entry.g + through, entry, way)
+            self._lift(hub, node, entry.g + through, entry, way)
         cost, _, _ = graph.target(lane, entry.config, entry.g)
         self._push(entry.g + cost, entry)
 
@@ -258,15 +210,31 @@ class LaneSearch:
         graph.refined(hub, node)
         return holds and lane.d[node] <= before + SAME * before
 
-    def _reach(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
-        """Reach a hub at cost ``g``: all lanes through it wait to be entered."""
-        if g >= hub.reached[node]:
-            return
-        hub.reached[node] = g
+    def _lift(self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...]) -> None:
+        """Reach a hub at cost ``g``, or the part of it that belongs to a pocket."""
+        graph, row = self._graph, lifted_row(hub, parent.placements)
+        if graph.air.is_outside(hub, node, row):
+            if g < hub.reached[node]:
+                hub.reached[node] = g
+                doubtful = graph.air.doubtful(hub, node)
+                if doubtful is not None:
+                    hub.doubtful[node] = doubtful
+                self._offer(hub, node, g, parent, way)
+        else:
+            lane = graph.lane(parent.placements)
+            lane.bar(lane.hubs.index(hub.placements), node, g)
+            self._offer(hub, node, g, parent, way, pocket=True)
+
+    def _offer(
+        self, hub: Hub, node: int, g: float, parent: Entry, way: tuple[int, ...],
+        *, pocket: bool = False,
+    ) -> None:  # fmt: skip
+        """Let all lanes through a hub wait to be entered."""
         keys = g + self._onward(hub, node)
-        choices = Choices(hub, node, g, parent, way, keys, np.argsort(keys, kind="stable"))
+        order = np.argsort(keys, kind="stable")
         if len(keys):
-            self._push(float(keys[choices.order[0]]), choices)
+            choices = Choices(hub, node, g, parent, way, keys, order, pocket)
+            self._push(float(keys[order[0]]), choices)
 
     def _onward(self, hub: Hub, node: int) -> Array:
         """Return lower bounds (choices,) on the cost to the goal after each regrasp."""
@@ -277,7 +245,7 @@ class LaneSearch:
             sets = np.tile(hub.rows, (len(hub.choices), 1))
             sets[:, hub.slot] = hub.choices
             onward = graph.keys(graph.sets.canonical_rows(sets), node)
-        free = tables.node_free[hub.slot, hub.choices, node]
+        free = graph.air.landing[hub.slot, hub.choices, node]
         keys: Array = np.where(free, onward, np.inf)
         return keys
 
@@ -288,12 +256,21 @@ class LaneSearch:
         placements = self._graph.lane_of(choices.hub, index)
         key = (placements, choices.config)
         back = choices.parent.placements == placements
-        if not back and choices.g < self._entered.get(key, math.inf):
+        better = not back and choices.g < self._entered.get(key, math.inf)
+        if better and f < math.inf and self._joined(choices, int(choices.hub.choices[index])):
             self._entered[key] = choices.g
             self._push(f, Entry(placements, choices.config, choices.g, choices.parent, choices.way))
         choices.next += 1
         if choices.next < len(choices.order):
             self._push(float(choices.keys[choices.order[choices.next]]), choices)
+
+    def _joined(self, choices: Choices, row: int) -> bool:
+        """Whether the lifted finger gets to a placement."""
+        hub, node = choices.hub, choices.config
+        doubtful = hub.doubtful.get(node)
+        if not choices.pocket and (doubtful is None or not doubtful[row]):
+            return True
+        return self._graph.joined(hub, node, choices.row, row)
 
     def path(self) -> tuple[tuple[int, ...], list[Leg]]:
         """Return the best plan's arcs, and its legs along them; both empty without one."""

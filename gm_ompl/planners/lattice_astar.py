@@ -257,18 +257,20 @@ class Dijkstra(LatticePlanner):
 
 def bounded(judge: Judge, search: Callable[[], SearchResult]) -> SearchResult:
     """Return what ``search`` finds, claiming no more than the decisions it asked for allow."""
-    backend, result = judge.backend, search()
-    if not backend.undecided:
+    deciders, result = (judge.backend, judge.reach), search()
+    if not any(decider.undecided for decider in deciders):
         return result
     if not result.optimal and result.status is not Status.INFEASIBLE:
         return dataclasses.replace(result, lower_bound=0.0)
-    backend.forget()
-    backend.optimistic = True
+    for decider in deciders:
+        decider.forget()
+        decider.optimistic = True
     try:
         bound = search().lower_bound
     finally:
-        backend.optimistic = False
-        backend.forget()
+        for decider in deciders:
+            decider.optimistic = False
+            decider.forget()
     if result.status is Status.INFEASIBLE and bound < math.inf:
         return dataclasses.replace(result, status=Status.BUDGET, lower_bound=bound)
     optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)

@@ -16,6 +16,8 @@ from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.problem import Move, Placements, Problem
+from gm_ompl.reference.air import Freedom
+from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.contact_lattice import object_graph
 from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.reference.modes import decide_modes
@@ -95,6 +97,7 @@ class Graph:
 
     def __init__(self, problem: Problem, judge: ReferenceJudge) -> None:
         self._problem, self._judge = problem, judge
+        self._air = AirJudge(problem)
         self._objects = object_graph(problem)
         self._groups = problem.fingers.groups()
         self._arcs = 0
@@ -102,16 +105,19 @@ class Graph:
     def starts(self) -> Iterator[Node]:
         """Yield the nodes that the virtual start node leads to."""
         at = self._objects.start
-        for placements in self._placement_sets(self._problem.fingers.start):
-            if self._valid((at, placements)):
-                yield at, placements
+        hand = self._problem.fingers
+        for placements in self._placement_sets(hand.start):
+            node = (at, placements)
+            if self._valid(node) and self._free(node, hand.standing):
+                yield node
 
     def is_goal(self, node: Node) -> bool:
         """Whether an arc leads from ``node`` to the virtual goal node."""
         if not self._objects.in_goal(node[0]):
             return False
-        wanted = self._problem.fingers.goal
-        return all(g is None or g == p for g, p in zip(wanted, node[1], strict=True))
+        hand = self._problem.fingers
+        fits = all(g is None or g == p for g, p in zip(hand.goal, node[1], strict=True))
+        return fits and (not hand.leave or self._free(node, ()))
 
     def arcs_from(self, node: Node) -> Iterator[tuple[Node, float]]:
         """Yield (head, cost) of all arcs out of ``node``, each judged here."""
@@ -163,8 +169,14 @@ class Graph:
             if target == placements[finger] or not self._valid(head):
                 continue
             self._arcs += 1
-            if self._judge.rest(pose, placements, finger).finding is Ruling.HOLDS:
+            held = self._judge.rest(pose, placements, finger).finding is Ruling.HOLDS
+            if held and self._air.goes(pose, placements, finger, target) is Freedom.FREE:
                 yield head, self._problem.cost.regrasp
+
+    def _free(self, node: Node, standing: tuple[int, ...]) -> bool:
+        """Whether the fingers that do not stand already can touch one after the other."""
+        found, _ = self._air.landing(self._pose(node[0]), node[1], standing)
+        return found is Freedom.FREE
 
     def _valid(self, node: Node) -> bool:
         return self._judge.node_valid(self._pose(node[0]), node[1])

@@ -115,9 +115,11 @@ class Explorer:
     def _plan(self, course: Course, tree: Tree, number: int) -> list[Leg] | None:
         branch, last = tree.branches[number], course.store.route.strides
         if tree.ahead and branch.reach == last and tree.fits_other_end(branch.lane):
-            return merged(tree.legs(number, last))
+            legs = merged(tree.legs(number, last))
+            return legs if course.store.free_at_end(branch.lane, last) else None
         if not tree.ahead and branch.reach == 0 and tree.fits_other_end(branch.lane):
-            return merged(tree.legs(number, 0))
+            legs = merged(tree.legs(number, 0))
+            return legs if course.store.free_at_end(branch.lane, 0) else None
         if len(course.trees) == 1:
             return None
         other = course.trees[1] if tree is course.trees[0] else course.trees[0]

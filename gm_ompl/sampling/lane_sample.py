@@ -52,6 +52,8 @@ class LaneSample:
         self._hub_numbers: dict[Placements, int] = {}
         self._hub_sets: list[Placements] = []
         self._unstable: BoolArray = np.zeros((0, self._K + 1), dtype=bool)
+        self._stuck: tuple[set[Placements], set[Placements]] = set(), set()
+        self._barred: dict[int, set[tuple[Placements, int]]] = {}
         self._renewed_at = store.known.version
         self.least = store.route.table.measured.least
         self.best = math.inf
@@ -105,8 +107,11 @@ class LaneSample:
             valid &= free[i, sets[:, i]]
         return valid
 
-    def _fits(self, sets: IntArray, wanted: Sequence[int | None]) -> BoolArray:
+    def _fits(self, sets: IntArray, wanted: Sequence[int | None], vertex: int) -> BoolArray:
+        """Return which sets (L,) a plan may begin or end with, at vertex 0 or K."""
         fits = np.ones(len(sets), dtype=bool)
+        for lane in self._stuck[vertex > 0]:
+            fits &= (sets != np.array(lane)).any(axis=1)
         for i, row in enumerate(wanted):
             if row is not None:
                 fits &= sets[:, i] == row
@@ -129,7 +134,7 @@ class LaneSample:
         d = np.full((len(self.sets), self._K + 1), np.inf)
         h = np.full((len(self._unstable), self._K + 1), np.inf)
         valid, end = self._valid(self.sets), vertices[0]
-        d[self._fits(self.sets, given) & valid[:, end], end] = 0.0
+        d[self._fits(self.sets, given, end) & valid[:, end], end] = 0.0
         for v in vertices:
             if v != end:
                 d[:, v] = self._costs[:, v + stride] + d[:, v + side]
@@ -138,15 +143,26 @@ class LaneSample:
 
     def _exchange(self, d: Array, h: Array, v: int, valid: BoolArray) -> None:
         """Let lanes reach each other through hubs at vertex ``v``, as often as it pays."""
+        barred = self._barred_at(v)
         for _ in range(self.sets.shape[1] + 1):
             for slot in range(self.sets.shape[1]):
-                np.minimum.at(h[:, v], self._hubs[:, slot], d[:, v])
+                along = np.where(barred[:, slot], np.inf, d[:, v])
+                np.minimum.at(h[:, v], self._hubs[:, slot], along)
             h[self._unstable[:, v], v] = np.inf
-            through = self._X + h[self._hubs, v].min(axis=1, initial=np.inf)
+            onward = np.where(barred, np.inf, h[self._hubs, v])
+            through = self._X + onward.min(axis=1, initial=np.inf)
             better = valid[:, v] & (through < d[:, v] * CHEAPER)
             if not better.any():
                 return
             d[better, v] = through[better]
+
+    def _barred_at(self, v: int) -> BoolArray:
+        """Return which fingers (L, n) of which lanes lead nowhere where they are lifted."""
+        barred = np.zeros(self.sets.shape, dtype=bool)
+        for lane, hub in self._barred.get(v, ()):
+            at = (self.sets == np.array(lane)).all(axis=1)
+            barred |= at[:, None] & (self._hubs == hub)
+        return barred
 
     def improve(self, below: float, tries: int, stop: Stop) -> list[Leg] | None:
         """Return the legs of a plan cheaper than ``below``, the cheapest of the sample.
@@ -172,7 +188,7 @@ class LaneSample:
 
     def _walk(self, d: Array, h: Array) -> tuple[float, list[Leg]] | None:
         """Return the cheapest path and its cost; None where the sample has none."""
-        starts = np.where(self._fits(self.sets, self._problem.fingers.start), d[:, 0], np.inf)
+        starts = np.where(self._fits(self.sets, self._problem.fingers.start, 0), d[:, 0], np.inf)
         if not len(starts) or not starts.min() < np.inf:
             return None
         m = int(np.argmin(starts))
@@ -189,17 +205,25 @@ class LaneSample:
                 return float(starts.min()), legs
             if len(legs) > (self._K + 1) * (self.sets.shape[1] + 1):
                 return None  # regrasps that cost nothing may go in circles
-            hub = self._hubs[m, int(np.argmin(h[self._hubs[m], v]))]
-            group = (self._hubs == hub).any(axis=1)
+            barred = self._barred_at(v)
+            hub = self._hubs[m, int(np.argmin(np.where(barred[m], np.inf, h[self._hubs[m], v])))]
+            group = ((self._hubs == hub) & ~barred).any(axis=1)
             m = int(np.argmin(np.where(group, d[:, v], np.inf)))
             entered = v
 
     def _holds(self, path: list[Leg]) -> bool:
         """Judge a path; note what fails."""
+        for lane, vertex in ((path[0][0], 0), (path[-1][0], self._K)):
+            if not self.store.free_at_end(lane, vertex):
+                self._stuck[vertex > 0].add(lane)
+                return False
         for (before, _, v), (after, _, _) in itertools.pairwise(path):
             hub = self._common(before, after, v)
             if not self.store.known.rest_holds(self._hub_sets[hub], v):
                 self._unstable[hub, v] = True
+                return False
+            if not self.store.joined(self._hub_sets[hub], v, before, after):
+                self._bar(hub, v, before, after)
                 return False
         held = True
         for lane, first, last in path:
@@ -213,6 +237,13 @@ class LaneSample:
             if not held:
                 return False
         return True
+
+    def _bar(self, hub: int, v: int, before: Placements, after: Placements) -> None:
+        """Let whichever finger is in a pocket be lifted there no more, nor set down."""
+        lanes = [
+            lane for lane in (before, after) if not self.store.outside(self._hub_sets[hub], v, lane)
+        ]
+        self._barred.setdefault(v, set()).update((lane, hub) for lane in lanes)
 
     def _common(self, before: Placements, after: Placements, v: int) -> int:
         """Return the hub between two sets."""
@@ -240,8 +271,8 @@ class LaneSample:
         room = np.full((len(self._unstable), self._K + 1), np.inf)
         g_all, d_all = room.copy(), room
         g_all[: len(g)], d_all[: len(d)] = g, d
-        starts = self._fits(sets, problem.fingers.start)
-        ends = self._fits(sets, problem.fingers.goal)
+        starts = self._fits(sets, problem.fingers.start, 0)
+        ends = self._fits(sets, problem.fingers.goal, self._K)
         results = []
         for known in (False, True):
             into = g_all[hubs].min(axis=1) if known else np.broadcast_to(past, valid.shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import final
 
@@ -11,7 +12,7 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.bounds import reaches
 from gm_ompl.holds.known import FAILED, Known
-from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
+from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, staying_of
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.route_maker import Route
 
@@ -76,6 +77,26 @@ class LaneStore:
     def lifted(self, lane: Placements, slot: int) -> Placements:
         """Return the canonical set of ``lane`` with the finger at ``slot`` lifted."""
         return self._sets.replaced(lane, slot, LIFTED)
+
+    def joined(self, hub: Placements, vertex: int, before: Placements, after: Placements) -> bool:
+        """Whether the finger lifted at a hub gets through the air from one set to another."""
+        (a,), (b,) = ((Counter(lane) - Counter(hub)).elements() for lane in (before, after))
+        pose, slot = self.route.way.poses[vertex], hub.index(LIFTED)
+        return self._judge.reach.joined(pose, slot, staying_of(hub), a, b)
+
+    def outside(self, hub: Placements, vertex: int, lane: Placements) -> bool:
+        """Whether the finger of a set that is lifted at a hub can get away."""
+        (row,) = (Counter(lane) - Counter(hub)).elements()
+        pose, slot = self.route.way.poses[vertex], hub.index(LIFTED)
+        return self._judge.reach.outside(pose, slot, staying_of(hub), row)
+
+    def free_at_end(self, lane: Placements, vertex: int) -> bool:
+        """Whether the fingers can touch at the route's start, or leave at its end if they must."""
+        hand, reach = self._judge.problem.fingers, self._judge.reach
+        if vertex and not hand.leave:
+            return True
+        standing = () if vertex else hand.standing
+        return reach.landing(self.route.way.poses[vertex], lane, standing) is not None
 
     def targets(self, hub: Placements, vertex: int) -> IntArray:
         """Return the canonical sets (L, n) that the lifted finger of ``hub`` can make there."""

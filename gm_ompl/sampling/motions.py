@@ -63,7 +63,20 @@ class ContinuousModel:
     def in_goal(self, state: HybridState) -> bool:
         """Whether the object is in the goal and the fingers are where the goal wants them."""
         problem = self.problem
-        return problem.goal.contains(state.q) and fits(state.placements, problem.fingers.goal)
+        fitting = problem.goal.contains(state.q) and fits(state.placements, problem.fingers.goal)
+        return fitting and self.leaves(state)
+
+    def lands(self, placements: Placements) -> bool:
+        """Whether the fingers can touch the object at the start, one after the other."""
+        pose, standing = self.problem.motion.pose(self.problem.start), self.problem.fingers.standing
+        return self.judge.reach.landing(pose, placements, standing) is not None
+
+    def leaves(self, state: HybridState) -> bool:
+        """Whether the fingers can leave the object, one after the other, where they must."""
+        if not self.problem.fingers.leave:
+            return True
+        pose = self.problem.motion.pose(state.q)
+        return self.judge.reach.landing(pose, state.placements) is not None
 
     def state_valid(self, q: Coordinates, placements: Placements) -> bool:
         """Whether nothing penetrates at ``q``; fingers that are UNPLACED touch nothing."""
@@ -142,6 +155,9 @@ class ContinuousModel:
         rest = self.judge.rest(pose, others, rows, self._z_min)
         if not rest.z >= self._z_min:
             return None
+        staying = tuple(zip(others, rows, strict=True))
+        if not self.judge.reach.joined(pose, finger, staying, placements[finger], target):
+            return None
         cost = self.problem.cost.regrasp
         return Regrasp(pose, q, finger, target, placements, rest, cost)
 
@@ -155,6 +171,8 @@ class ContinuousModel:
             return None
         here = zip(state_from.placements, state_to.placements, strict=True)
         placements = tuple(b if a == UNPLACED else a for a, b in here)
+        if UNPLACED in state_from.placements and not self.lands(placements):
+            return None
         q_from = state_from.q
         q_to = unwrapped(self.problem, state_to.q, q_from)
         if not self.state_valid(q_to, state_to.placements):

@@ -95,7 +95,13 @@ class StageJudge:
         """Return the moves of ``stages``; None where one fails or the cost is not below."""
         model = self._model
         hand = model.problem.fingers
-        if not (fits(stages[0].placements, hand.start) and fits(stages[-1].placements, hand.goal)):
+        first, last = stages[0], stages[-1]
+        if not (fits(first.placements, hand.start) and fits(last.placements, hand.goal)):
+            return None
+        if not (
+            model.lands(first.placements)
+            and model.leaves(HybridState(last.points[-1], last.placements))
+        ):
             return None
         moves: list[Move] = []
         cost = (len(stages) - 1) * model.problem.cost.regrasp

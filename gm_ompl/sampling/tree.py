@@ -110,6 +110,8 @@ class Tree:
             return None
         lane = tuple(sets[found].tolist())
         self._roots.add(lane)
+        if not self._store.free_at_end(lane, self._first):
+            return None
         return self._add(Branch(lane, self._first, int(reach[found]), ROOT))
 
     def _race(
@@ -188,19 +190,32 @@ class Tree:
         if not len(sets):
             return None
         sets = np.ascontiguousarray(self._rng.permutation(sets))
-        found, reach = self._race(sets, vertex, self.progress(branch.reach), stop)
+        least = self.progress(branch.reach)
+        found, reach = self._race(sets, vertex, least, stop)
+        while found is not None and not self._joined(parent, hub, vertex, sets[found]):
+            sets = np.ascontiguousarray(np.delete(sets, found, axis=0))
+            found, reach = self._race(sets, vertex, least, stop)
         if found is not None:
             lane = tuple(sets[found].tolist())
             return self._add(Branch(lane, vertex, int(reach[found]), parent))
+        if not len(sets):
+            return None
         # A branch that came all the way with its fingers in the wrong places needs no luck.
         arrived = branch.reach == self._last and not self.fits_other_end(branch.lane)
         if arrived or self._rng.random() < self._settings.no_progress_share:
             # One with most fingers where the motion's other end wants them.
             wanted = np.array([-1 if row is None else row for row in self._wanted])
             lane = tuple(sets[int(np.argmax((sets == wanted).sum(axis=1)))].tolist())
-            if lane not in self.by_lane:
+            if lane not in self.by_lane and self._joined(parent, hub, vertex, lane):
                 return self._add(Branch(lane, vertex, self._onward(lane, vertex), parent))
         return None
+
+    def _joined(
+        self, parent: int, hub: Placements, vertex: int, after: IntArray | Placements
+    ) -> bool:
+        """Whether the lifted finger gets from branch ``parent`` to the set ``after``."""
+        before = self.branches[parent].lane
+        return self._store.joined(hub, vertex, before, tuple(int(row) for row in after))
 
     def _onward(self, lane: Placements, vertex: int) -> int:
         """Return how far a set comes from ``vertex``."""
@@ -234,7 +249,8 @@ def join(store: LaneStore, tree: Tree, number: int, other: Tree) -> list[Leg] | 
         for k in other.by_hub.get(hub, ()):
             low, high = _overlap(branch, other.branches[k])
             for vertex in range(low, high + 1):
-                if store.known.rest_holds(hub, vertex):
+                lanes = branch.lane, other.branches[k].lane
+                if store.known.rest_holds(hub, vertex) and store.joined(hub, vertex, *lanes):
                     return _joined(tree, number, other, k, vertex)
     return None
 

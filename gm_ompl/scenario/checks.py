@@ -142,9 +142,11 @@ def _per_finger(path: Path, value: object, count: int) -> Iterator[Finding]:
 
 def _fingers(model: ScenarioModel) -> Iterator[Finding]:
     fingers = model.fingers
-    for key in ("radius", "max_normal_force", "soft"):
+    for key in ("radius", "max_normal_force", "soft", "clearance"):
         yield from _per_finger(("fingers", key), getattr(fingers, key), fingers.count)
     yield from _soft(model)
+    if fingers.leave and not fingers.transit:
+        yield ("fingers", "leave"), True, "needs fingers.transit: true, without which nobody leaves"
     for key in ("start", "goal"):
         hand = getattr(fingers, key)
         if isinstance(hand, tuple):

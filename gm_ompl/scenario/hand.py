@@ -24,6 +24,9 @@ MESH_MARGIN = 1e-3
 MESH_SMALLEST_FACE = 1e-4
 """Faces of a mesh with less than this part of its surface get no placements."""
 
+CLEARANCE = 0.5
+"""How much wider than a fingertip a gap is that counts as open, in its radii, unless said."""
+
 WHERE: Path = ("fingers", "placements")
 
 
@@ -48,14 +51,19 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
     if n and not len(table):
         _no_placement(model, body, names, notes)
         return None
+    radius = np.array(per_finger(model.fingers.radius, n))
+    clearance = model.fingers.clearance
     return Fingers(
-        radius=np.array(per_finger(model.fingers.radius, n)),
+        radius=radius,
         max_normal_force=np.array(per_finger(model.fingers.max_normal_force, n)),
         friction=np.array(per_finger(model.friction.finger, n)),
         soft=np.array(per_finger(model.fingers.soft, n)),
         placements=table,
         start=_hand(model, "start", table, notes),
         goal=_hand(model, "goal", table, notes),
+        clearance=CLEARANCE * radius if clearance is None else np.array(per_finger(clearance, n)),
+        transit=model.fingers.transit,
+        leave=model.fingers.leave,
     )
 
 

@@ -96,6 +96,17 @@ class FingersModel(Strict):
     placements: PlacementsModel = PlacementsModel()
     start: Hand = "any"
     goal: Hand = "any"
+    transit: Flag = Field(
+        default=True,
+        description="whether fingers need a way through the air to first touches and regrasps",
+    )
+    leave: Flag = Field(
+        default=False, description="whether every finger needs a way off at the goal"
+    )
+    clearance: OneOrMany[Positive] | None = Field(
+        default=None,
+        description="a gap wider than a fingertip by this counts; half its radius",
+    )
 
 
 class TurnedObstacle(ObstacleModel):

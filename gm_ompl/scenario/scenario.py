@@ -131,6 +131,7 @@ class Scenario:
             ("friction", "finger"),
         ):
             tree[section][key] = list(per_finger(getattr(getattr(model, section), key), n))
+        tree["fingers"]["clearance"] = self.problem.fingers.clearance.tolist()
         for key in ("start", "goal"):
             if isinstance(tree["fingers"][key], str):
                 tree["fingers"][key] = ["any"] * n

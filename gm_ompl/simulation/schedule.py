@@ -76,8 +76,9 @@ class _Scheduler:
 
     def run(self) -> Timeline:
         everyone = np.ones(self.problem.fingers.count, dtype=bool)
-        self._rest("settle", self.pace.settle, off=self._offs(everyone))
-        self._land("approach", everyone)
+        offs = self._offs(everyone)
+        self._rest("settle", self.pace.settle, off=offs)
+        self._land("approach", everyone, offs)
         for part in self.parts:
             if isinstance(part, list):
                 self._run(part)
@@ -171,19 +172,29 @@ class _Scheduler:
         chosen = np.arange(len(force)) == i
         now.down = now.down & ~chosen
         rising = ramp(self._samples(pace.lift))
-        self._rest("lift", pace.lift, off=np.multiply.outer(rising, self._offs(chosen)))
+        way = self._way(step)
+        stands = self.pose.to_object(way)
+        off, on = np.where(chosen[:, None], stands[[[1], [-2]]] - stands[[[0], [-1]]], 0.0)
+        self._rest("lift", pace.lift, off=np.multiply.outer(rising, off))
         now.limit[i], now.f_com[i] = self.touch, 0.0
-        self._bring(i, np.array(step.to.point), np.array(step.to.normal))
-        self._land("land", chosen)
+        self.points[i], self.normals[i] = np.array(step.to.point), np.array(step.to.normal)
+        self._bring(i, way[1:-1])
+        self._land("land", chosen, on)
 
-    def _bring(self, i: int, point: Array, normal: Array) -> None:
-        """Bring the lifted finger ``i`` to above its new placement."""
-        whole, clear = self._transit().way(i, point, normal)
-        corners, speed = whole[1:-1], self.pace.transit * self.size
+    def _way(self, step: RegraspStep) -> Array:
+        """Return a regrasp's way, world frame: as it is planned, or one that is found here."""
+        if step.way is not None:
+            return np.array(step.way)
+        i, to = step.finger, step.to
+        whole, clear = self._transit().way(i, np.array(to.point), np.array(to.normal))
         if not clear:
-            step = self.now.step
-            self.notes.append(f"step {step}: finger {i} finds no clear way to its new place")
-        self.points[i], self.normals[i] = point, normal
+            number = self.now.step
+            self.notes.append(f"step {number}: finger {i} finds no clear way to its new place")
+        return whole
+
+    def _bring(self, i: int, corners: Array) -> None:
+        """Bring the lifted finger ``i`` along a way to where it stands off its new placement."""
+        speed = self.pace.transit * self.size
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         legs = [
             a + np.outer(progress(length, speed, self.pace.ramp / 2.0, self.dt) / length, b - a)
@@ -204,9 +215,12 @@ class _Scheduler:
             offs[i] = transit.off(i, self.points[i], self.normals[i])
         return offs
 
-    def _land(self, phase: str, which: BoolArray) -> None:
-        """Bring fingers down to their placements, and a little beyond until they feel it."""
-        offs, lift = self._offs(which), self.pace.lift
+    def _land(self, phase: str, which: BoolArray, offs: Array) -> None:
+        """Bring fingers down to their placements, and a little beyond until they feel it.
+
+        They come from ``offs`` (n, 3) off them, object frame.
+        """
+        lift = self.pace.lift
         falling = ramp(self._samples(lift))[:, None]
         beside = np.abs((offs * self.normals).sum(axis=1)) <= TOUCHING * self.size
         if (offs[beside] != 0.0).any():

@@ -114,6 +114,7 @@ def in_units(tree: Tree, length: float = 0.025, mass: float = 40.0, time: float 
     factors = {
         "box": length, "min": length, "max": length, "hull": length, "position": length,
         "by": length, "x": length, "y": length, "radius": length, "soft": length, "regrasp": length,
+        "clearance": length,
         "mass": mass, "gravity": length / time**2,
         "max_normal_force": force, "z_min": force, "stability": force,
     }  # fmt: skip
@@ -141,7 +142,7 @@ def renumbered(tree: Tree) -> Tree:
     new = copy.deepcopy(tree)
     fingers = new["fingers"]
     for holder, key in ((fingers, "radius"), (fingers, "max_normal_force"), (fingers, "soft"),
-                        (fingers, "start"), (fingers, "goal"),
+                        (fingers, "start"), (fingers, "goal"), (fingers, "clearance"),
                         (new["friction"], "finger")):  # fmt: skip
         if isinstance(holder[key], list):
             holder[key] = holder[key][::-1]

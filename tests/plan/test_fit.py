@@ -60,7 +60,8 @@ MISFITS: dict[str, tuple[Callable[[Draft], object], str]] = {
     ),
     "fewer fingers": (
         lambda d: d["scenario"]["fingers"].update(
-            count=1, radius=[1.0], max_normal_force=[10.0], soft=[0.0], start=["any"], goal=["any"]
+            count=1, radius=[1.0], clearance=[0.5], max_normal_force=[10.0], soft=[0.0],
+            start=["any"], goal=["any"],
         ) or d["scenario"]["friction"].update(finger=[0.7]),
         "has 1 fingers",
     ),

@@ -48,6 +48,10 @@ class RandomGraph:
         for node in self.starts:
             yield 0.0, node
 
+    def starts_at(self, node: int) -> bool:  # noqa: ARG002 (the protocol's signature)
+        """All sources are."""
+        return True
+
     def estimate(self, node: int) -> float:
         self._asked[node] = min(self._asked[node] + 1, 4)
         share = self._trust[node] ** (1.0 / self._asked[node])

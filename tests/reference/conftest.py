@@ -124,14 +124,16 @@ def hand(
 ) -> Fingers:
     """Fingers of radius 1 that may start and end anywhere, unless given."""
     n = len(f_max)
+    wide = np.ones(n) if radius is None else np.asarray(radius, dtype=float)
     return Fingers(
-        radius=np.ones(n) if radius is None else np.asarray(radius, dtype=float),
+        radius=wide,
         max_normal_force=np.asarray(f_max, dtype=float),
         friction=np.full(n, 0.7),
         soft=np.zeros(n),
         placements=table,
         start=(None,) * n if start is None else tuple(start),
         goal=(None,) * n if goal is None else tuple(goal),
+        clearance=wide / 2.0,
     )
 
 

@@ -59,7 +59,7 @@ def test_a_lifted_finger_never_touches_the_object(name: str, regrasp: Plan) -> N
         rows = rng.choice(len(problem.fingers.placements), size=2, replace=False)
         old, new = (placement_record(problem, int(row)) for row in rows)
         pose = problem.motion.pose([rng.uniform()])
-        change = {"finger": 0, "from_": old, "to": new, "placements": (old,)}
+        change = {"finger": 0, "from_": old, "to": new, "placements": (old,), "way": None}
         path = transit_path(problem, pose, step.model_copy(update=change))
         for place, end in ((old, path[0]), (new, path[-1])):
             touch = np.array(place.point) - radius * np.array(place.normal)

@@ -205,7 +205,7 @@ class GoalRegion(ob.GoalSampleableRegion):
             have == UNPLACED or (want is not None and have != want) for have, want in wanted
         )
         away = 0.0 if goal.contains(here.q) else max(self._draws.to_goal(here.q), 1e-9)
-        return float(wrong + away)
+        return float(wrong + away + self._draws.stuck(here))
 
     @answered(None, when_closed=False)
     def sampleGoal(self, state: Any) -> None:

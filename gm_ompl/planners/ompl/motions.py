@@ -193,7 +193,10 @@ class StateDraws:
             placements = self.hand(q, self._problem.fingers.goal)
             if placements is None:
                 continue
-            valid = HybridState(q, placements)
+            drawn = HybridState(q, placements)
+            if not self._model.leaves(drawn):
+                continue
+            valid = drawn
             if self._entered(valid):
                 break
         return valid
@@ -220,6 +223,11 @@ class StateDraws:
                 return HybridState(q, placements)
         drawn = self.hand(q)
         return None if drawn is None else HybridState(q, drawn)
+
+    def stuck(self, state: HybridState) -> bool:
+        """Whether the fingers cannot leave a goal state, though they must."""
+        placed = UNPLACED not in state.placements
+        return placed and self._problem.goal.contains(state.q) and not self._model.leaves(state)
 
     def to_goal(self, q: Coordinates) -> float:
         """Return how far ``q`` is from the goal: the most over the coordinates' ranges."""

@@ -13,6 +13,7 @@ from gm_ompl.arguments import whole
 from gm_ompl.errors import InputError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.ompl.run import judged_anew
@@ -81,7 +82,7 @@ def plan_from(setup: Any) -> Plan:
     states = setup.solution()
     found = () if states is None else judged_anew(problem, states)
     steady = steady_moves(setup.judge, found)
-    moves = steady.moves
+    moves = with_ways(setup.judge.reach, steady.moves)
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
     statistics = {
