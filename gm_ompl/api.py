@@ -7,7 +7,6 @@ import numbers
 import os
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
@@ -262,7 +261,7 @@ def _finished(judging: Judge, moves: tuple[Move, ...]) -> Steady:
     except (KeyboardInterrupt, LimitError):
         steady = Steady(moves, None)
     with limits.lifted():  # a plan that was found is not lost
-        return replace(steady, moves=with_ways(judging.reach, steady.moves))
+        return steady._replace(moves=with_ways(judging.reach, steady.moves))
 
 
 def loaded(scenario: ScenarioLike) -> Scenario:
