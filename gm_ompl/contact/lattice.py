@@ -51,7 +51,8 @@ class Template(NamedTuple):
         parts: number of segments.
         pitch: as ``Arc`` has it.
         goes_on: whether the rotation is under way at the end.
-        kind: equal for arcs with the same template where nothing but the floor is near.
+        kind: equal for the same motion of an object that stands alike where nothing but the floor
+            is near.
     """
 
     piece: Piece
@@ -169,10 +170,11 @@ class ContactLattice:
             arm = (line.point - pose.position) / self._D
             arm = arm - (arm @ line.direction) * line.direction
             turning = (*(np.round([*arm, *line.direction], DECIMALS - 1) + 0.0).tolist(),)
-        key = (self._nodes.attitudes[node], height, between.tobytes(), turning)
+        stands = self._nodes.attitudes[node], height
+        key = (stands, between.tobytes(), turning)
         known = self._templates.get(key)
         if known is None:
-            known = self._templates[key] = tuple(self._cut_short(node, self._open, key))
+            known = self._templates[key] = tuple(self._cut_short(node, self._open, stands))
         return known
 
     def _beside(self, pose: Pose, template: Template) -> Template | None:
@@ -186,24 +188,30 @@ class ContactLattice:
         if line is not None:
             line = Line(line.point + pose.position, line.direction)
         offer = Offer(piece, line, template.steps)
-        return self._template(pose, offer, self._environment, self._stops, None)
+        return self._template(pose, offer, self._environment, self._stops)
 
     def _cut_short(
-        self, node: int, environment: Environment, key: Hashable | None
+        self, node: int, environment: Environment, stands: Hashable | None
     ) -> Iterator[Template]:
-        """Yield what the motions that are offered come to."""
+        """Yield what the motions that are offered come to.
+
+        Args:
+            node: where they begin.
+            environment: what is looked at: all of it, or the floor alone.
+            stands: equal where the object stands alike on the floor, with nothing else near.
+        """
         pose, stops = self._nodes.poses[node], self._stops
         if environment is self._open:
             stops = self._floor
         contacts = environment_contacts(self._body, environment, pose)
-        for number, offer in enumerate(self._offers.at(pose, contacts, self._nodes.lines[node])):
-            kind = None if key is None else (key, number)
-            template = self._template(pose, offer, environment, stops, kind)
+        for offer in self._offers.at(pose, contacts, self._nodes.lines[node]):
+            template = self._template(pose, offer, environment, stops)
             if template is not None:
-                yield template
+                alike = None if stands is None else (stands, _form(template.piece, self._D))
+                yield template._replace(kind=alike)
 
     def _template(
-        self, pose: Pose, offer: Offer, environment: Environment, stops: Stops, kind: Hashable
+        self, pose: Pose, offer: Offer, environment: Environment, stops: Stops
     ) -> Template | None:
         """Return what a motion comes to; None: it is too short to be one."""
         share = stops.free_share(offer.piece.sweep(pose, 1.0))
@@ -229,7 +237,7 @@ class ContactLattice:
         extent, box = self._extents(pose, end, piece)
         by = end.position - pose.position
         return Template(
-            piece, line, by, extent, box, end.rotation, steps, parts, pitch, goes_on, kind
+            piece, line, by, extent, box, end.rotation, steps, parts, pitch, goes_on, None
         )
 
     def _extents(self, pose: Pose, end: Pose, piece: Piece) -> tuple[Array, Array]:
@@ -280,6 +288,15 @@ class ContactLattice:
             arcs.append(arc._replace(head=k))
         poses = tuple(self.pose(node) for node in nodes)
         return Way(poses, ((),) * len(nodes), tuple(arcs))
+
+
+def _form(piece: Piece, diagonal: float) -> Hashable:
+    """Return what is equal for motions that are one, seen from the centre of mass."""
+    if isinstance(piece, Slide):
+        return (*(np.round(piece.by / diagonal, DECIMALS) + 0.0).tolist(),)
+    beside = (piece.pivot - (piece.pivot @ piece.axis) * piece.axis) / diagonal
+    numbers = np.round([*beside, *piece.axis, piece.angle], DECIMALS) + 0.0
+    return (*numbers.tolist(),)
 
 
 def _extremes(turn: Tumble) -> Iterator[Array]:

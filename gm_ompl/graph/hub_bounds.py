@@ -18,10 +18,9 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.lane_bounds import SHORTER
-from gm_ompl.holds.bounds import relax
 from gm_ompl.holds.known import Known
 from gm_ompl.holds.sets import LIFTED, Clearances, Groups, placement_sets
-from gm_ompl.holds.tables import Tables
+from gm_ompl.holds.tables import Tables, lower
 from gm_ompl.problem import Placements, Problem
 
 MOST_HELD = 20_000_000
@@ -53,7 +52,7 @@ def lower_hubs(
                 if not tables.node_free[k, sets[i, k], c]:
                     onward[c] = np.inf
             onward[c] = min(onward[c], d[i, c])
-        relax(onward, costs[i], tables)
+        lower(onward, costs[i], tables)
         for k in range(n):
             for c in range(len(onward)):
                 if stable[ids[i, k], c] and onward[c] < V[ids[i, k], c] * SHORTER:

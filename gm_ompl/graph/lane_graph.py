@@ -139,9 +139,16 @@ class LaneGraph:
         anywhere = np.ones(len(self._problem.fingers.placements), dtype=bool)
         fits = anywhere & beside(placements, self._judge.clear)
         hub = Hub(placements, fits, self._known.rests(placements))
-        every, cuts = np.arange(len(hub.choices)), self._backend.pool.tables
-        hub_rows(hub.rows, hub.slot, hub.choices, every, self.tables, cuts, hub.table)
-        hub.versions[:] = self._facts
+        if self.tables.one_pass:
+            every, cuts = np.arange(len(hub.choices)), self._backend.pool.tables
+            hub_rows(hub.rows, hub.slot, hub.choices, every, self.tables, cuts, hub.table)
+            hub.versions[:] = self._facts
+        else:  # rows are dear: travel bounds them until they come first
+            ahead = self.tables.ahead
+            hub.table[:] = ahead[hub.slot, hub.choices]
+            for k, row in enumerate(placements):
+                if row != LIFTED:
+                    np.maximum(hub.table, ahead[k, row], out=hub.table)
         for lane in self._lanes_of.get(placements, ()):
             self._tell(hub, lane)
         self._revalue(hub)

@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.holds.tables import UNASKED, Tables
+from gm_ompl.holds.tables import UNASKED, Tables, lower
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 Memo: TypeAlias = tuple[int, float, float, float]
@@ -117,20 +117,6 @@ def ends_at(rows: IntArray, c: int, ends: Ends) -> bool:
     return bool(arrived)
 
 
-@inlined
-def relax(d: Array, costs: Array, tables: Tables) -> None:
-    """Lower d (V,) to the least cost to go, by arcs whose kinds cost this (K,)."""
-    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    kind, falling = tables.kind, True
-    while falling:
-        falling = False
-        for k in range(len(order)):
-            a = order[k]
-            through = d[head[a]] + costs[kind[a]]
-            if through < d[tail[a]]:
-                d[tail[a]], falling = through, again
-
-
 @compiled
 def refresh(
     rows: IntArray, tables: Tables, cuts: CutTables, known: Array, z: Array, costs: Array,
@@ -153,7 +139,7 @@ def refresh(
         costs[k], memo = arc_cost(rows, k, known, k, arcs, cuts, z, factors, memo, True)
     for c in range(len(d)):
         d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
-    relax(d, costs, tables)
+    lower(d, costs, tables)
 
 
 @compiled

@@ -49,6 +49,8 @@ class Tables(NamedTuple):
         like: (K,), a kind's row in ``free`` and ``lengths``: an arc and its way back share one.
         order: (A,), the arcs such that costs to the goal settle soon, each arc after those ahead.
         one_pass: whether they settle in one pass, as on a row of nodes.
+        into: (A,), the arcs by the nodes where they end.
+        first: (V + 1,), where the arcs into each node begin in ``into``.
         states: (K, P), contact states of the segments, UNASKED where no search has come yet.
         free: (n, placements, rows), whether object and fingertip are free along the arc.
         lengths: (n, placements, rows, P), chords |dq_finger i,j| of Eq. (9).
@@ -69,6 +71,8 @@ class Tables(NamedTuple):
     like: IntArray
     order: IntArray
     one_pass: bool
+    into: IntArray
+    first: IntArray
     states: IntArray
     free: BoolArray
     lengths: Array
@@ -84,21 +88,50 @@ class Tables(NamedTuple):
 
 
 @compiled
+def lower(d: Array, costs: Array, tables: Tables) -> None:
+    """Lower d (V,) to the least cost to go, by arcs whose kinds cost this (K,).
+
+    On a row of nodes one pass over the arcs does it. Elsewhere a node whose value has fallen waits
+    in a queue to be followed back (Bellman, Ford and Moore's algorithm).
+    """
+    tail, head, kind = tables.tail, tables.head, tables.kind
+    if tables.one_pass:
+        for k in range(len(tables.order)):
+            a = tables.order[k]
+            through = d[head[a]] + costs[kind[a]]
+            if through < d[tail[a]]:
+                d[tail[a]] = through
+        return
+    V = len(d)
+    queue, waits = np.empty(V, dtype=np.int64), np.zeros(V, dtype=np.bool_)
+    front, count = 0, 0
+    for c in range(V):
+        if d[c] < np.inf:
+            queue[count], waits[c] = c, True
+            count += 1
+    while count > 0:
+        c = queue[front]
+        front, count, waits[c] = (front + 1) % V, count - 1, False
+        for k in range(tables.first[c], tables.first[c + 1]):
+            a = tables.into[k]
+            t, through = tail[a], d[c] + costs[kind[a]]
+            if through < d[t]:
+                d[t] = through
+                if not waits[t]:
+                    queue[(front + count) % V], waits[t] = t, True
+                    count += 1
+
+
+@compiled
 def settle(cost: Array, tables: Tables, ahead: Array) -> None:
     """Write the least costs to a goal node (m, V), by arcs whose rows cost this (m, rows)."""
-    order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    kind, like = tables.kind, tables.like
+    costs = np.empty(len(tables.like))
     for i in range(cost.shape[0]):
-        d, falling = ahead[i], True
-        for c in range(len(d)):
-            d[c] = 0.0 if tables.goal[c] else np.inf
-        while falling:
-            falling = False
-            for k in range(len(order)):
-                a = order[k]
-                through = d[head[a]] + cost[i, like[kind[a]]]
-                if through < d[tail[a]]:
-                    d[tail[a]], falling = through, again
+        for k in range(len(costs)):
+            costs[k] = cost[i, tables.like[k]]
+        for c in range(ahead.shape[1]):
+            ahead[i, c] = 0.0 if tables.goal[c] else np.inf
+        lower(ahead[i], costs, tables)
 
 
 class Frame(NamedTuple):
@@ -169,6 +202,8 @@ class ArcTable:
         self.object_free = all(place.object_free for place in nodes + along)
         node_free, free = self._masks(nodes), self._masks(along)
         free &= node_free[:, :, frame.tail[self._rows]] & node_free[:, :, head[self._rows]]
+        into = np.argsort(head, kind="stable")
+        first = np.searchsorted(head[into], np.arange(len(nodes) + 1))
         P = max((arc.parts for arc in frame.arcs), default=problem.cost.samples_per_arc)
         hand = problem.fingers
         self.tables = Tables(
@@ -178,6 +213,8 @@ class ArcTable:
             like=like,
             order=frame.order,
             one_pass=frame.one_pass,
+            into=into,
+            first=first,
             states=np.full((len(like), P), UNASKED),
             free=free,
             lengths=np.empty((hand.count, len(hand.placements), 0, P)),

@@ -154,6 +154,8 @@ def _tables(pool: CutPool) -> tuple[Tables, CutTables]:
         like=none[0],
         order=none[0],
         one_pass=True,
+        into=none[0],
+        first=np.array([0, 0, 1]),
         states=none,
         free=yes,
         lengths=np.ones((1, 2, 1, 1)),
