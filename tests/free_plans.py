@@ -6,14 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from gm_ompl.feasibility.backends import make_backend
-from gm_ompl.feasibility.judge import Judge
-from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.reference.search import plain_search
+from tests.airborne import airborne
 from tests.free_scenes import (
     ACROSS,
     DEGREE,
@@ -44,8 +42,7 @@ SCENES = {
 def solved(scene: str) -> tuple[Problem, Plan]:
     """A scene's problem and its optimal plan."""
     problem = SCENES[scene]()
-    reach = Judge(problem, make_backend(problem)).reach
-    moves = with_ways(reach, plain_search(problem).moves)
+    moves = airborne(problem, plain_search(problem).moves)
     statistics = {
         "time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": [],
         "failing_junctions": None,  # the plain search does not judge them

@@ -6,18 +6,19 @@ import itertools
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Final, NamedTuple, final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array, cross
+from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.lines import Line, contact_groups
 from gm_ompl.contact.offers import Offer, Offers
 from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import Stops
-from gm_ompl.geometry.pose import Pose, rotation_about
+from gm_ompl.contact.templates import DECIMALS, Template, extremes, form
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates
@@ -32,40 +33,6 @@ SLACK: Final = 1e-6
 
 COUNTED: Final = 1e-9
 """A number of segments that is whole up to this is that number."""
-
-DECIMALS: Final = 8
-"""Heights (over D) and places between the grid's (in steps) are one up to so many decimals."""
-
-
-class Template(NamedTuple):
-    """An arc without the place where it begins.
-
-    Attributes:
-        piece: the motion; a pivot is seen from the centre of mass.
-        line: about which it turns, likewise; None for translations.
-        by: (3,), the way of the centre of mass.
-        extent: (2, 3), the least and greatest of its coordinates on that way, from where it begins.
-        box: (2, 3), likewise of the whole object.
-        rotation: (3, 3), of the object at the end.
-        steps: how many steps of the lattice it is long.
-        parts: number of segments.
-        pitch: as ``Arc`` has it.
-        goes_on: whether the rotation is under way at the end.
-        kind: equal for the same motion of an object that stands alike where nothing but the floor
-            is near.
-    """
-
-    piece: Piece
-    line: Line | None
-    by: Array
-    extent: Array
-    box: Array
-    rotation: Array
-    steps: float
-    parts: int
-    pitch: float | None
-    goes_on: bool
-    kind: Hashable
 
 
 @final
@@ -207,7 +174,7 @@ class ContactLattice:
         for offer in self._offers.at(pose, contacts, self._nodes.lines[node]):
             template = self._template(pose, offer, environment, stops)
             if template is not None:
-                alike = None if stands is None else (stands, _form(template.piece, self._D))
+                alike = None if stands is None else (stands, form(template.piece, self._D))
                 yield template._replace(kind=alike)
 
     def _template(
@@ -243,7 +210,7 @@ class ContactLattice:
     def _extents(self, pose: Pose, end: Pose, piece: Piece) -> tuple[Array, Array]:
         """Return the boxes (2, 3) in which the centre of mass and the object stay on an arc."""
         by = end.position - pose.position
-        ends = np.array([np.zeros(3), by, *(_extremes(piece) if isinstance(piece, Tumble) else ())])
+        ends = np.array([np.zeros(3), by, *(extremes(piece) if isinstance(piece, Tumble) else ())])
         first = self._body.vertices @ pose.rotation.T
         corners = np.concatenate([first, self._body.vertices @ end.rotation.T + by])
         margin = self._touching
@@ -288,25 +255,3 @@ class ContactLattice:
             arcs.append(arc._replace(head=k))
         poses = tuple(self.pose(node) for node in nodes)
         return Way(poses, ((),) * len(nodes), tuple(arcs))
-
-
-def _form(piece: Piece, diagonal: float) -> Hashable:
-    """Return what is equal for motions that are one, seen from the centre of mass."""
-    if isinstance(piece, Slide):
-        return (*(np.round(piece.by / diagonal, DECIMALS) + 0.0).tolist(),)
-    beside = (piece.pivot - (piece.pivot @ piece.axis) * piece.axis) / diagonal
-    numbers = np.round([*beside, *piece.axis, piece.angle], DECIMALS) + 0.0
-    return (*numbers.tolist(),)
-
-
-def _extremes(turn: Tumble) -> Iterator[Array]:
-    """Yield where a point that begins at the origin is while a coordinate is least or greatest."""
-    arm = -turn.pivot
-    still = (arm @ turn.axis) * turn.axis
-    ahead = cross(turn.axis, arm)
-    for k in range(3):
-        highest = math.atan2(float(ahead[k]), float((arm - still)[k]))
-        for angle in (highest, highest + math.pi):
-            way = angle % math.tau if turn.angle > 0.0 else angle % math.tau - math.tau
-            if 0.0 < way / turn.angle < 1.0:
-                yield rotation_about(turn.axis, way) @ arm - arm

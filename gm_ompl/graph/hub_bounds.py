@@ -19,8 +19,8 @@ from gm_ompl.compilation import compiled
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.lane_bounds import SHORTER
 from gm_ompl.holds.known import Known
+from gm_ompl.holds.rows import Tables, lower
 from gm_ompl.holds.sets import LIFTED, Clearances, Groups, placement_sets
-from gm_ompl.holds.tables import Tables, lower
 from gm_ompl.problem import Placements, Problem
 
 MOST_HELD = 20_000_000

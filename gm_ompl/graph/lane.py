@@ -7,8 +7,8 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.holds.rows import Tables
 from gm_ompl.holds.sets import LIFTED, staying_of
-from gm_ompl.holds.tables import Tables
 from gm_ompl.problem import Placements
 
 
@@ -89,3 +89,18 @@ class Hub:
         self.value = np.empty(len(stable))
         self.reached = np.full(len(stable), np.inf)
         self.doubtful: dict[int, BoolArray] = {}
+
+    def bounded_by(self, ahead: Array) -> None:
+        """Bound the costs by each finger's own travel to the goal, (n, placements, V)."""
+        self.table[:] = ahead[self.slot, self.choices]
+        for k, row in enumerate(self.placements):
+            if row != LIFTED:
+                np.maximum(self.table, ahead[k, row], out=self.table)
+
+    def ask(self, placements: Placements) -> None:
+        """Have the lane of a set asked itself, which knows more than the cuts."""
+        left = list(placements)
+        for row in self.placements:
+            if row != LIFTED:
+                left.remove(row)
+        self.versions[self.number[left[0]]] = -2

@@ -7,7 +7,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.holds.bounds import NOTHING, arc_cost, arcs_of, ends_at, ends_of
-from gm_ompl.holds.tables import Tables
+from gm_ompl.holds.rows import Tables
 from gm_ompl.mechanics.cuts import CutTables
 
 SHORTER = 1.0 - 1e-11

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import final
 
 import numpy as np
@@ -16,14 +15,14 @@ from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_air import LaneAir
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
-from gm_ompl.graph.lanes import lane_table
+from gm_ompl.graph.lanes import Leaving, lane_table
 from gm_ompl.holds.bounds import refresh
 from gm_ompl.holds.known import FAILED, UNDECIDED, Known, at_once
+from gm_ompl.holds.rows import UNASKED
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside
-from gm_ompl.holds.tables import UNASKED, WORTH_A_THREAD
+from gm_ompl.holds.tables import WORTH_A_THREAD
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
-from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
 
@@ -31,12 +30,7 @@ from gm_ompl.problem import Placements, Problem
 class LaneGraph:
     """All lanes and hubs of an object graph that is small enough to be explored at once.
 
-    Args:
-        problem: the problem.
-        judge: answers about it.
-        backend: the judge's.
-        stop: asked now and then while the tables are made.
-        leaving: the arcs of a part of the object graph, by their tails; None: all of it.
+    ``leaving`` has the arcs of a part of the object graph by their tails; None: all of it.
 
     Attributes:
         nodes: the object graph's nodes, in the order in which they are numbered here.
@@ -51,20 +45,14 @@ class LaneGraph:
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        judge: Judge,
-        backend: KernelBackend,
-        stop: Stop = never,
-        leaving: Mapping[int, Sequence[GraphArc]] | None = None,
-    ) -> None:
+        self, problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop = never,
+        leaving: Leaving | None = None,
+    ) -> None:  # fmt: skip
         self._problem, self._judge, self._backend = problem, judge, backend
         self.nodes, self._table = lane_table(judge, stop, leaving)
         self.start = self.nodes.index(problem.object_graph.start)
         self.tables, self._known = self._table.measured, Known(judge, self._table)
-        states = 1 + int(self.tables.states.max(initial=0))
-        backend.pool.reserve(states)
-        self._fingers = tuple(range(problem.fingers.count))
+        backend.pool.reserve(1 + int(self.tables.states.max(initial=0)))
         self._lanes: dict[Placements, Lane] = {}
         self._hubs: dict[Placements, Hub] = {}
         self._lanes_of: dict[Placements, list[Lane]] = {}
@@ -104,7 +92,7 @@ class LaneGraph:
             for hub in hubs:
                 self._lanes_of.setdefault(hub, []).append(lane)
                 if hub in self._hubs:
-                    self._tell(self._hubs[hub], lane)
+                    self._hubs[hub].ask(lane.placements)
         return self.renewed(lane)
 
     def renewed(self, lane: Lane, force: bool = False) -> Lane:
@@ -114,15 +102,6 @@ class LaneGraph:
             refresh(lane.rows, tables, cuts, lane.known, lane.z, lane.costs, lane.d)
             lane.version = self._facts
         return lane
-
-    @staticmethod
-    def _tell(hub: Hub, lane: Lane) -> None:
-        """Make a hub ask a lane itself, which knows more than the cuts."""
-        left = list(lane.placements)
-        for row in hub.placements:
-            if row != LIFTED:
-                left.remove(row)
-        hub.versions[hub.number[left[0]]] = -2
 
     def lane_of(self, hub: Hub, index: int) -> Placements:
         """Return the canonical set that choice ``index`` of a hub leads to."""
@@ -140,19 +119,19 @@ class LaneGraph:
         fits = anywhere & beside(placements, self._judge.clear)
         hub = Hub(placements, fits, self._known.rests(placements))
         if self.tables.one_pass:
-            every, cuts = np.arange(len(hub.choices)), self._backend.pool.tables
-            hub_rows(hub.rows, hub.slot, hub.choices, every, self.tables, cuts, hub.table)
-            hub.versions[:] = self._facts
+            self._renew_rows(hub, np.arange(len(hub.choices)))
         else:  # rows are dear: travel bounds them until they come first
-            ahead = self.tables.ahead
-            hub.table[:] = ahead[hub.slot, hub.choices]
-            for k, row in enumerate(placements):
-                if row != LIFTED:
-                    np.maximum(hub.table, ahead[k, row], out=hub.table)
+            hub.bounded_by(self.tables.ahead)
         for lane in self._lanes_of.get(placements, ()):
-            self._tell(hub, lane)
+            hub.ask(lane.placements)
         self._revalue(hub)
         return hub
+
+    def _renew_rows(self, hub: Hub, which: IntArray) -> None:
+        """Write the bounds of some of a hub's choices anew."""
+        cuts = self._backend.pool.tables
+        hub_rows(hub.rows, hub.slot, hub.choices, which, self.tables, cuts, hub.table)
+        hub.versions[which] = self._facts
 
     def _revalue(self, hub: Hub) -> None:
         tables = self.tables
@@ -191,9 +170,7 @@ class LaneGraph:
                     break
                 hub.table[index] = d
             else:
-                one, cuts = np.array([index]), self._backend.pool.tables
-                hub_rows(hub.rows, hub.slot, hub.choices, one, self.tables, cuts, hub.table)
-                hub.versions[index] = self._facts
+                self._renew_rows(hub, np.array([index]))
             hub.table[index, ~self.air.landing[hub.slot, hub.choices[index]]] = np.inf
             renewed = True
         if renewed:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,9 +20,12 @@ from gm_ompl.holds.tables import ArcTable, Frame
 from gm_ompl.holds.watch import Stop, watched
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
 
+Leaving: TypeAlias = Mapping[int, Sequence[GraphArc]]
+"""Arcs of an object graph by their tails."""
+
 
 def lane_table(
-    judge: Judge, stop: Stop, leaving: Mapping[int, Sequence[GraphArc]] | None = None
+    judge: Judge, stop: Stop, leaving: Leaving | None = None
 ) -> tuple[tuple[int, ...], ArcTable]:
     """Return the graph's nodes in the order of the table's, and the table of all arcs.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.holds.tables import UNASKED, Tables, lower
+from gm_ompl.holds.rows import UNASKED, Tables, lower
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 Memo: TypeAlias = tuple[int, float, float, float]

@@ -13,8 +13,9 @@ from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.bounds import refresh_many
+from gm_ompl.holds.rows import Tables
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.tables import WORTH_A_THREAD, ArcTable, Tables
+from gm_ompl.holds.tables import WORTH_A_THREAD, ArcTable
 from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 

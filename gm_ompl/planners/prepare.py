@@ -21,7 +21,7 @@ from gm_ompl.contact.decision import ControlMode
 from gm_ompl.cores import cores
 from gm_ompl.graph import hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
-from gm_ompl.holds.tables import Tables, settle
+from gm_ompl.holds.rows import Tables, settle
 from gm_ompl.mechanics import (
     certificate,
     equilibrium,
@@ -122,6 +122,7 @@ def edges() -> None:
     )
     _proofs(raw, cost, basis)
     certificate.separates_environment(ENV, w)
+    certificate.proven(0.0, 1.0)
     masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
     kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
     cuts = kelley.no_cuts(F_MAX, masks, f, commands)

@@ -230,7 +230,6 @@ CASES: dict[str, Case] = {
     "scenario: f_max": Case(
         put("scenario.fingers.max_normal_force", [5.0, 5.0]), 0, "f_com", "5 outside"
     ),
-    "scenario: soft fingertips": Case(put("scenario.fingers.soft", [0.5, 0.5]), 0, "z"),
     "scenario: gravity": Case(put("scenario.gravity", 9.81), 0, "z"),
     "scenario: z_min": Case(put("scenario.mechanics.z_min", 5.0), 0, "z_min", "z_min = 5"),
     "scenario: cone edges": Case(put("scenario.mechanics.cone_edges", 6), 0, "z"),

@@ -11,6 +11,7 @@ from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.scenario import Scenario
+from tests.airborne import airborne
 
 
 def _scenario(**changes: Any) -> dict[str, Any]:
@@ -95,7 +96,7 @@ def _assembled(scenario: Scenario, found: Any) -> Plan:
     return assemble(
         scenario.problem,
         scenario.resolved(),
-        found.moves,
+        airborne(scenario.problem, found.moves),
         status="solved",
         planner="plain search",
         statistics={"time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": []},

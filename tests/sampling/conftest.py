@@ -12,6 +12,7 @@ from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.load import load
+from tests.airborne import airborne
 
 SMALL = {
     "slide": ("paper/slide", ["fingers.placements.grid=[2, 2]", "lattice.segments=4"]),
@@ -42,8 +43,8 @@ def as_plan() -> Callable[[str, Sequence[Move]], Plan]:
         scenario = load(*SMALL[name])
         statistics = {"time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": []}
         return assemble(
-            scenario.problem, scenario.resolved(), moves, status="solved", planner="test",
-            statistics=statistics,
+            scenario.problem, scenario.resolved(), airborne(scenario.problem, moves),
+            status="solved", planner="test", statistics=statistics,
         )  # fmt: skip
 
     return make

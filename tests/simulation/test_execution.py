@@ -79,6 +79,7 @@ def _without(i: int) -> Callable[[dict[str, Any]], None]:
         scenario["fingers"]["count"] -= 1
         for section, key in [
             ("fingers", "radius"), ("fingers", "max_normal_force"), ("fingers", "soft"),
+            ("fingers", "clearance"),
             ("fingers", "start"), ("fingers", "goal"), ("friction", "finger"),
         ]:  # fmt: skip
             del scenario[section][key][i]
