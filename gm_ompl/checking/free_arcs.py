@@ -28,7 +28,9 @@ from gm_ompl.reference.contact_lattice import ContactLattice
 from gm_ompl.reference.contact_lines import SAME, Line
 
 MATCH = 1e-7
-"""How far the length of an arc, relative to D or in radians, may be off the lattice's."""
+"""How far the length of a slide, relative to D, may be off the lattice's."""
+MATCH_TURN = 1e-6
+"""How far a turn's angle may be off [rad]: where a contact closes in a graze it is known no better."""
 SHOWN = 6
 """At most so many arcs are listed in a message."""
 SEARCHED = 1000
@@ -200,7 +202,7 @@ class FreeArcs(Kinematics):
         if not line.equals(Line(other.pivot, other.axis), self._D):
             return False
         angle = math.copysign(piece.angle, piece.angle * float(piece.axis @ other.axis))
-        return angle * other.angle > 0.0 if any_length else abs(angle - other.angle) <= MATCH
+        return angle * other.angle > 0.0 if any_length else abs(angle - other.angle) <= MATCH_TURN
 
     def _mismatch(
         self, step: DisplacementStep, piece: Piece, offers: list[Offer], begins: bool
