@@ -30,7 +30,7 @@ from gm_ompl.reference.contact_lines import SAME, Line
 MATCH = 1e-7
 """How far the length of a slide, relative to D, may be off the lattice's."""
 MATCH_TURN = 1e-6
-"""How far a turn's angle may be off [rad]: where a contact closes in a graze it is known no better."""
+"""How far a turn's angle may be off [rad]: an end that only grazes is known no better."""
 SHOWN = 6
 """At most so many arcs are listed in a message."""
 SEARCHED = 1000
