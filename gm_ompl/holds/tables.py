@@ -95,13 +95,9 @@ class ArcTable:
         # An arc for each row, and each kind's row.
         rows, like = _rows([frame.arcs[a] for a in self._firsts])
         self._rows = [self._firsts[k] for k in rows]
-        nodes = [judge.node(pose) for pose in watched(frame.poses, stop)]
-        along = [judge.along(frame.arcs[a].arc) for a in watched(self._rows, stop)]
-        self.object_free = all(place.object_free for place in nodes + along)
-        node_free, free = self._masks(nodes), self._masks(along)
-        free &= node_free[:, :, frame.tail[self._rows]] & node_free[:, :, head[self._rows]]
+        node_free, free = self._tested(head, stop)
         into = np.argsort(head, kind="stable")
-        first = np.searchsorted(head[into], np.arange(len(nodes) + 1))
+        first = np.searchsorted(head[into], np.arange(len(frame.poses) + 1))
         P = max((arc.parts for arc in frame.arcs), default=problem.cost.samples_per_arc)
         hand = problem.fingers
         self.tables = Tables(
@@ -128,6 +124,19 @@ class ArcTable:
         )
         self._middles: dict[int, tuple[Moment, ...]] = {}
         self._rests: dict[int, int] = {}
+
+    def _tested(self, head: IntArray, stop: Stop) -> tuple[BoolArray, BoolArray]:
+        """Return which fingertips are free at each node and along each row's arc.
+
+        It also finds ``object_free``.
+        """
+        judge, frame, rows = self._judge, self.frame, self._rows
+        nodes = [judge.node(pose) for pose in watched(frame.poses, stop)]
+        along = [judge.along(frame.arcs[a].arc) for a in watched(rows, stop)]
+        self.object_free = all(place.object_free for place in nodes + along)
+        node_free, free = self._masks(nodes), self._masks(along)
+        free &= node_free[:, :, frame.tail[rows]] & node_free[:, :, head[rows]]
+        return node_free, free
 
     def _masks(self, places: Sequence[NodeGeometry]) -> BoolArray:
         """Return (n, placements, len(places)): which fingertips are free at each place."""
