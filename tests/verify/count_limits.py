@@ -45,8 +45,10 @@ def denser(name: str, key: str, times: int) -> str:
         return f"fingers.placements.grid=[{rows * each}, {columns * (times // each)}]"
     steps, segments = model.lattice.steps, model.lattice.segments
     if steps is not None:
-        x, y, yaw = (step / times for step in steps.given.values())
-        finer = f"x: {x}, y: {y}, yaw: {yaw!r} rad"
+        angles = {"yaw": " rad", "rotation": " rad"}
+        finer = ", ".join(
+            f"{key}: {step / times!r}{angles.get(key, '')}" for key, step in steps.given.items()
+        )
         return f"lattice.steps={{{finer}}}"
     given = segments if isinstance(segments, tuple) else (segments or 1,)
     finer = ", ".join(str(n * times) for n in given)
