@@ -26,7 +26,7 @@ from gm_ompl.motion.path import path_lattice
 TICK = 1e-3
 """What a look at the clock takes, by the clock of these tests [s]."""
 
-LATE = 250
+LATE = 200
 """Looks at the clock that may follow the end: results are put together, and told."""
 
 DENSE = {"lattice.segments": 3000}

@@ -264,14 +264,14 @@ class _Explaining:
             scored += known(map(score, (placements,)))
         return scored
 
+    def _starts_in_pocket(self, placements: Placements) -> bool:
+        return pocket_line(self._explainer, self._problem.start, placements) is not None
+
     def _score(self, placements: Placements, backwards: bool) -> Scored:
         region = Region(self._explainer, placements, backwards)
         line = region.failure()
         blocked, ratio = (None, None) if line is None else (line.finding, line.ratio)
-        if (
-            not backwards
-            and pocket_line(self._explainer, self._problem.start, placements) is not None
-        ):
+        if not (backwards or self._part.passed()) and self._starts_in_pocket(placements):
             blocked = Finding.POCKET
         return placements, blocked, ratio, -region.nearest
 

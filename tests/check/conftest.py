@@ -30,11 +30,10 @@ SCENARIO = {
         "radius": 1,
         "max_normal_force": 10,
         "placements": {"grid": [5, 5], "faces": ["+x", "-x", "+y", "+z"]},
-        "transit": False,
     },
     "environment": {
         "floor": True,
-        "obstacles": {"wall": {"box": {"min": [-20, 7, 0], "max": [30, 8, 20]}}},
+        "obstacles": {"wall": {"box": {"min": [-20, 7.6, 0], "max": [30, 8.6, 20]}}},
     },
     "motion": {
         "start": {"position": [0, 0, 2.5]},
@@ -43,8 +42,8 @@ SCENARIO = {
     "lattice": {"segments": [2, 1]},
     "mechanics": {"cone_edges": 4, "z_min": 0.2},
 }
-"""Two pieces: along x, then along y; the wall stands clear of the object, a fingertip just fits in
-between, and ways through the air are tested elsewhere."""
+"""Two pieces: along x, then along y; the wall stands clear of the object, and a fingertip passes
+between."""
 
 
 class Author:
