@@ -93,6 +93,13 @@ def test_two_soft_fingers_lift_a_card_and_two_points_do_not() -> None:
     assert soft.status == "solved"
     assert gm_ompl.check(soft).holds
     assert soft.scenario["fingers"]["soft"] == [0.2, 0.2]
+    for claimed in (0.0, 0.1):  # more would hold as well: there the pinch itself is the limit
+        tree = soft.to_dict()
+        tree["scenario"]["fingers"]["soft"] = [claimed, claimed]
+        topics = {
+            v.topic for v in gm_ompl.check(Plan.model_validate(tree, strict=False)).violations
+        }
+        assert "z" in topics, claimed
 
 
 def test_two_points_lift_by_pinching_where_equilibrium_is_enough() -> None:

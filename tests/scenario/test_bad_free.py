@@ -3,29 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from typer.testing import CliRunner
 
 from gm_ompl.app.main import app
 from gm_ompl.errors import ScenarioError
-from gm_ompl.scenario.scenario import Scenario
-
-LoadChanged = Callable[..., Scenario]
-
-
-class Bad(NamedTuple):
-    """A change of the valid text, and what the one message must hold."""
-
-    old: str
-    new: str
-    line: int
-    key: str
-    remedy: str
-
+from tests.scenario.bad import Bad, LoadChanged
 
 PLACE = "    position: [5, 0, 1.5]\n"
 TURN = "    rotation: {axis: [0, 1, 0], angle: 90 deg}\n"

@@ -3,26 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import NamedTuple
 
 import pytest
 
 from gm_ompl.errors import ScenarioError
-from gm_ompl.scenario.scenario import Scenario
-
-LoadChanged = Callable[..., Scenario]
-
-
-class Bad(NamedTuple):
-    """A change of a valid text, and what the message must hold."""
-
-    old: str
-    new: str
-    line: int
-    key: str
-    remedy: str
-
+from tests.scenario.bad import Bad, LoadChanged
 
 HULL = "{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}"
 HALF_STARTED = "  max_normal_force: 10\n  start: "

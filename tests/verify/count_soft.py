@@ -6,11 +6,9 @@ import numpy as np
 
 from gm_ompl.contact.decision import Outcome
 from gm_ompl.mechanics.instant import decide_instant
-from gm_ompl.reference.modes import decide_modes
-from gm_ompl.reference.statics import force_unit
 from tests.instances import random_instance, softened
-from tests.mechanics.agreement import borderline, compared
 from tests.mechanics.equilibrium_alone import balanced
+from tests.verify.count_kernel import agreement
 from tests.verify.counting import Result, count
 
 
@@ -18,17 +16,7 @@ from tests.verify.counting import Result, count
 def soft_agreement(instance: int) -> Result:
     """With soft fingertips the kernel decides like the reference: z to 1e-6 of max(z, 1e-3 M g)."""
     rng = np.random.default_rng(instance)
-    instant = softened(rng, random_instance(rng))
-    mine, theirs = decide_instant(instant), decide_modes(instant)
-    found = compared(mine, theirs, force_unit(instant))
-    close = not found.holds and borderline(instant)
-    return Result(
-        holds=found.holds,
-        worst=found.error if np.isfinite(found.error) else None,
-        note=f"seed {instance}: {found.note}",
-        marginal=close,
-        outcome=theirs.outcome.name.lower(),
-    )
+    return agreement(instance, softened(rng, random_instance(rng)))
 
 
 @count(instances=2000)
