@@ -3,6 +3,7 @@
 # make test-fast  the parts by themselves, in under a minute once compiled
 # make verify   the long counts (hours); goes on where it was stopped
 # make regression  holds the shipped scenarios to what the last release did
+# make docs     the site, in build/site; a broken link is an error
 # make gallery  the pictures in docs/, from the shipped scenarios
 # make lint, make types, make clean
 
@@ -14,7 +15,7 @@ DEMO := build/demo-plan.json
 DEMO_PAGE := build/demo.html
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install -qq
 
-.PHONY: demo test test-fast verify regression gallery lint types clean
+.PHONY: demo test test-fast verify regression docs gallery lint types clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -35,6 +36,10 @@ verify: $(STAMP)
 
 regression: $(STAMP)
 	$(BIN)/python -m tests.verify.regression
+
+docs: $(STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "Open build/site/index.html in a browser (no network needed)."
 
 gallery: $(STAMP)
 	$(BIN)/python -m docs.tables.gallery docs

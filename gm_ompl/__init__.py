@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from gm_ompl.api import check, explain, judge, load, plan
+    from gm_ompl.api import check, explain, load, plan, tolerate
     from gm_ompl.errors import (
         GeometryError,
         GmOmplError,
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         UnsoundPlannerError,
     )
     from gm_ompl.geometry.pose import Pose, Twist
+    from gm_ompl.instants import judge, placement_map
     from gm_ompl.planfile.model import Plan
     from gm_ompl.planners.ompl.public import plan_from, setup
     from gm_ompl.scenario.scenario import Scenario
@@ -54,11 +55,13 @@ _HOMES = {
     "UnsoundPlannerError": "gm_ompl.errors",
     "check": "gm_ompl.api",
     "explain": "gm_ompl.api",
-    "judge": "gm_ompl.api",
+    "judge": "gm_ompl.instants",
     "load": "gm_ompl.api",
+    "placement_map": "gm_ompl.instants",
     "plan": "gm_ompl.api",
     "plan_from": "gm_ompl.planners.ompl.public",
     "setup": "gm_ompl.planners.ompl.public",
+    "tolerate": "gm_ompl.api",
 }
 
 __all__ = [
@@ -85,9 +88,11 @@ __all__ = [
     "explain",
     "judge",
     "load",
+    "placement_map",
     "plan",
     "plan_from",
     "setup",
+    "tolerate",
 ]
 
 

@@ -48,6 +48,19 @@ def fix(frozen: object, **shapes: Sequence[int | None]) -> None:
         object.__setattr__(frozen, name, read_only(getattr(frozen, name), shape, name))
 
 
+def surfaces_of(surfaces: IntArray, count: int) -> IntArray:
+    """Return what each of ``count`` contacts touches; all zero where it was left out.
+
+    Raises:
+        ShapeError: the length differs, though some are not zero.
+    """
+    if len(surfaces) == count:
+        return surfaces
+    if surfaces.any():
+        raise ShapeError("surfaces", surfaces.shape, (count,))
+    return np.zeros(count, dtype=np.int64)
+
+
 def _is_fixed(values: ArrayLike) -> TypeGuard[Array]:
     return (
         type(values) is np.ndarray

@@ -93,7 +93,7 @@ def announce() -> None:
     """Say that the first use takes a while, before it does."""
     global _announced
     if not _announced and not is_compiled():
-        _log.info("compiling the mechanics kernel, once: this takes about half a minute")
+        _log.info("compiling the mechanics kernel, once: this takes about a minute")
     _announced = True
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from gm_ompl.arrays import Array, fix
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import Environment
-from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
@@ -20,6 +19,7 @@ from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 from gm_ompl.motion.object_graph import LatticeGraph, ObjectGraph
+from gm_ompl.uncertainty.ranges import Uncertainty
 
 Placements = tuple[int, ...]
 """Per finger, its row in the placement table."""
@@ -153,6 +153,7 @@ class Problem:
         goal: where the object must end.
         mechanics: settings of Sec. 3.
         cost: settings of Sec. 4.3.
+        uncertainty: what is not known exactly; z is then the least of all cases.
     """
 
     name: str
@@ -167,6 +168,7 @@ class Problem:
     goal: Goal
     mechanics: MechanicsSettings = field(default_factory=MechanicsSettings)
     cost: CostSettings = field(default_factory=CostSettings)
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
     def __post_init__(self) -> None:
         fix(self, inertia=(3, 3))
@@ -193,6 +195,8 @@ class Problem:
         """
         parts = self.cost.samples_per_arc
         if isinstance(self.motion, FreeMotion):
+            from gm_ompl.contact.lattice import ContactLattice  # brings the compiler
+
             return ContactLattice(
                 self.motion, self.body, self.environment, parts, self.fingers.reach
             )
@@ -217,6 +221,7 @@ class Problem:
             gravity=self.mechanics.gravity,
             cone_edges=self.mechanics.cone_edges,
             soft=self.fingers.soft[hand],
+            uncertainty=self.uncertainty.of(fingers),
         )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import stat
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,6 +46,10 @@ class Kind:
     most: int
     error: Callable[[str], InputError] = InputError
     hint: Callable[[Path], str] = lambda _: ""
+
+
+STDIN = Path("-")
+"""As a file: what comes in at the standard input, read to its end."""
 
 
 def read_text(path: Path, kind: Kind) -> str:
@@ -101,6 +106,11 @@ def check_ordinary(path: Path, kind: Kind) -> None:
 
 
 def _content(path: Path, kind: Kind) -> bytes:
+    if path == STDIN:
+        content = sys.stdin.buffer.read(kind.most + 1) if sys.stdin is not None else b""
+        if len(content) > kind.most:
+            raise kind.error(f"{path}: {_limit(kind)}")
+        return content
     check_ordinary(path, kind)
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as stream:

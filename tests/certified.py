@@ -27,7 +27,7 @@ def mistake(instant: Instant, decision: ModeDecision, record: Record) -> str:
     """Return what is not proven of a decision, empty where all is."""
     model = statics(instant)
     sets = {int(mask): j for j, mask in enumerate(record.sets) if mask >= 0}
-    passed = {_mask(modes): verdict for modes, verdict in maximal_sets(model).passed}
+    passed = {_mask(modes): verdict for modes, verdict in maximal_sets([model]).passed}
     if decision.outcome is Outcome.STABLE and set(sets) != set(passed):
         passed = _exactly(model)
     if decision.outcome is Outcome.INTERNAL_FORCE:

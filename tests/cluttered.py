@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 import gm_ompl
 from gm_ompl.arrays import Array
@@ -85,18 +86,20 @@ def sampled_out(air: Air, row: int, rng: np.random.Generator, samples: int) -> b
     table = air.problem.fingers.placements
     start = table.points[row] - (1.0 + 1e-9) * air.radius * table.normals[row]
     reach = float(np.abs(air.problem.body.vertices).max()) + 12.0 * air.radius
-    nodes, batch = start[None], 100
-    for _ in range(samples // batch):
-        ends = nodes[-2 * batch :] + air.far * air.up
-        if air.clear(nodes[-2 * batch :], ends).any():
+    nodes = new = start[None]
+    while samples > 0:
+        if air.clear(new, new + air.far * air.up).any():
             return True
+        batch = min(max(len(nodes), 100), 2000)  # more at once as the tree grows
+        samples -= batch
         aims = rng.uniform(-reach, reach, size=(batch, 3))
-        away = np.linalg.norm(aims[:, None] - nodes[None], axis=2)
-        tails = nodes[away.argmin(axis=1)]
+        tails = nodes[cKDTree(nodes).query(aims)[1]]
         steps = aims - tails
         length = np.linalg.norm(steps, axis=1, keepdims=True)
-        heads = tails + steps * np.minimum(1.0, rng.uniform(0.5, 6.0) * air.radius / length)
-        nodes = np.concatenate([nodes, heads[air.clear(tails, heads)]])
+        longest = rng.uniform(0.5, 6.0, size=(batch, 1)) * air.radius
+        heads = tails + steps * np.minimum(1.0, longest / length)
+        new = heads[air.clear(tails, heads)]
+        nodes = np.concatenate([nodes, new])
     return False
 
 

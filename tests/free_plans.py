@@ -42,10 +42,14 @@ SCENES = {
 def solved(scene: str) -> tuple[Problem, Plan]:
     """A scene's problem and its optimal plan."""
     problem = SCENES[scene]()
-    moves = airborne(problem, plain_search(problem).moves)
+    found = plain_search(problem)
+    moves = airborne(problem, found.moves)
     statistics = {
         "time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": [],
         "failing_junctions": None,  # the plain search does not judge them
     }  # fmt: skip
-    plan = assemble(problem, {}, moves, status="solved", planner="plain", statistics=statistics)
+    plan = assemble(
+        problem, {}, moves, status="solved", planner="plain", statistics=statistics,
+        optimal=True, lower_bound=found.cost,
+    )  # fmt: skip
     return problem, plan

@@ -16,7 +16,7 @@ from gm_ompl.motion.lattice import Goal, Lattice
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.motion.screw import Screw, Slide, Tumble
 from gm_ompl.problem import Problem
-from gm_ompl.reference.contact_lattice import ContactLattice
+from gm_ompl.reference.contact_lattice import PlainContactLattice
 from gm_ompl.scenario.scenario import Scenario
 
 Vector = Sequence[float]
@@ -83,12 +83,12 @@ def free_problem(
     return replace(problem, motion=motion, start=(), goal=Goal((), (), ()), lattice=Lattice((), ()))
 
 
-def lattice_of(problem: Problem) -> ContactLattice:
+def lattice_of(problem: Problem) -> PlainContactLattice:
     assert isinstance(problem.motion, FreeMotion)
-    return ContactLattice(problem, problem.motion)
+    return PlainContactLattice(problem, problem.motion)
 
 
-def explored(lattice: ContactLattice, most: int = 500) -> list[int]:
+def explored(lattice: PlainContactLattice, most: int = 500) -> list[int]:
     """All nodes, the start first."""
     found = [lattice.start]
     for node in found:

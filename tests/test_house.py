@@ -1,4 +1,4 @@
-"""The house keeps its order: what docs/architecture.md counts stays within the house's style."""
+"""The house keeps its order: what docs/results/size.md counts stays within the house's style."""
 
 from __future__ import annotations
 

@@ -177,7 +177,7 @@ def test_parts_do_not_change_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def made() -> Iterator[np.ndarray]:
         problem = gm_ompl.load("hand/three-fingers").problem
-        judge = gm_ompl.api._judge(problem)
+        judge = gm_ompl.asking.judge_of(problem)
         free = judge.node(problem.motion.pose(problem.start)).free
         found = sets.placement_sets(problem.fingers.groups(), free, judge.clear, 100_000)
         assert found is not None

@@ -1,4 +1,4 @@
-"""docs/notation.md stays true."""
+"""docs/reference/notation.md stays true."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROW = re.compile(r"\| `(\w+)` \| `([\w/.]+)` \|")
 
 def test_every_name_is_defined_in_its_file() -> None:
     """The table's names are defined (a class, a function, a field) where the table says."""
-    rows = ROW.findall((ROOT / "docs" / "notation.md").read_text())
+    rows = ROW.findall((ROOT / "docs" / "reference" / "notation.md").read_text())
     assert len(rows) > 20
     for name, path in rows:
         definition = rf"^\s*(class|def) {name}\b|^\s*{name}:"

@@ -100,6 +100,27 @@ print("LOADED", *[name for name in {unwanted!r} if name in sys.modules])
     assert result.stdout.splitlines()[-1] == "LOADED"
 
 
+def test_planning_loads_what_it_needs_and_no_more() -> None:
+    """A box that is planned by astar asks for no mesh, picture, simulation, study or OMPL."""
+    unneeded = (
+        "coacd", "distributed", "highspy", "IPython", "matplotlib", "meshcat", "mujoco",
+        "networkx", "ompl", "optuna", "PIL", "plotly", "pyarrow",
+    )  # fmt: skip
+    code = f"""
+import sys
+from gm_ompl.app.main import app
+try:
+    app(["plan", "paper/slide", "--set", "lattice.segments=3",
+         "--set", "fingers.placements.grid=[2, 2]"])
+except SystemExit as done:
+    assert not done.code, done.code
+print("LOADED", *[name for name in {unneeded!r} if name in sys.modules])
+"""
+    result = _python("-c", code, patience=600)  # it may have to compile
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.splitlines()[-1] == "LOADED"
+
+
 def test_importing_the_package_imports_no_library() -> None:
     """``import gm_ompl`` is free; names load what they need."""
     result = _python(
@@ -108,8 +129,12 @@ def test_importing_the_package_imports_no_library() -> None:
     assert result.stdout.strip() == "[]"
 
 
-def _python(*arguments: str) -> subprocess.CompletedProcess[str]:
+def _python(*arguments: str, patience: float = 120) -> subprocess.CompletedProcess[str]:
     # -P: the checkout's folder must not stand in for the installed package.
     return subprocess.run(
-        [sys.executable, "-P", *arguments], capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-P", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=patience,
+        check=False,
     )

@@ -43,7 +43,7 @@ def test_no_package_has_the_name_of_something_public() -> None:
     assert not names & set(gm_ompl.__all__)
     for name in names:
         importlib.import_module(f"gm_ompl.{name}")
-    for name in ("plan", "check", "judge", "load", "explain"):
+    for name in ("plan", "check", "judge", "load", "explain", "tolerate"):
         assert inspect.isfunction(getattr(gm_ompl, name)), name
 
 

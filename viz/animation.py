@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from gm_ompl.planfile.model import (
     RegraspStep,
     SegmentRecord,
 )
+from gm_ompl.planfile.words import ChainLink, chain
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.segments import planned_segments
 from gm_ompl.simulation.transit import Transit
@@ -83,6 +85,11 @@ class Animation:
     # in time order, without gaps; empty where the plan has no steps
     segments: tuple[ShownSegment, ...]
     step_starts: tuple[float, ...]  # time at which each step begins [s]
+
+    @cached_property
+    def chain(self) -> tuple[ChainLink, ...]:
+        """What the object does and where fingers go, in words; none for planar motion."""
+        return chain(self.plan, self.problem)
 
     @property
     def duration(self) -> float:

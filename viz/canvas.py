@@ -16,6 +16,9 @@ COLUMN: Final = 3.4  # width of a paper's column [inch]
 
 SUFFIXES: Final = (".png", ".svg", ".pdf")
 
+STDOUT: Final = (Path("-"), Path("/dev/stdout"))
+"""Has no suffix: what comes out there is SVG."""
+
 _STYLE: Final[Any] = {
     "font.size": 7.0,
     "axes.titlesize": 8.0,
@@ -62,8 +65,8 @@ def check_suffix(path: Path) -> None:
     Raises:
         InputError: it is none of ``SUFFIXES``.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"-o {path}: the name must end in {', '.join(SUFFIXES)}")
+    if path not in STDOUT and path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"-o {path}: the name must end in {', '.join(SUFFIXES)}; - is stdout")
 
 
 def save(figure: Any, path: Path) -> None:
@@ -73,12 +76,16 @@ def save(figure: Any, path: Path) -> None:
         InputError: the file cannot be written.
     """
     check_suffix(path)
-    kind = path.suffix.lower().lstrip(".")
-    dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     # In memory first: matplotlib loses its way where a file fails it.
     content = BytesIO()
-    figure.savefig(content, format=kind, dpi=300, metadata=dates[kind])
+    save_to(content, figure, path.suffix.lower().lstrip(".") or "svg")
     write_bytes(path, content.getvalue())
+
+
+def save_to(content: BytesIO, figure: Any, kind: str) -> None:
+    """Write ``figure`` as "png", "svg" or "pdf"; equal figures give equal bytes."""
+    dates = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    figure.savefig(content, format=kind, dpi=300, metadata=dates[kind])
 
 
 def title(text: str, most: int = 60) -> str:

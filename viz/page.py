@@ -5,16 +5,20 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from importlib.resources import files
 from itertools import groupby
 from typing import Any, Final
 
+from gm_ompl.arrays import Array
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Status
+from gm_ompl.tolerance.report import Tolerance
 
 from . import palette
 from .animation import Animation, animate
+from .region import View
 from .scene import scene_messages, viewer_script
 from .score import score, z_top
 
@@ -47,6 +51,31 @@ def _bands(animation: Animation) -> Iterator[str]:
         curve = f'<path class="force" d="{_steps(animation, shares, RIBBON + 4.0, HEIGHT)}"/>'
         parts = [*_regrasps(animation), *_ribbon(animation, i), curve]
         yield _band(f"{animation.finger_name(i)}: f_com, mode", limit, parts)
+
+
+def _factors(animation: Animation, tolerance: Tolerance | None) -> Iterator[str]:
+    """Yield the plot of how far all ranges may be widened together, step by step."""
+    if tolerance is None or tolerance.together is None:
+        return
+    factors = {step.step: step.together.x for step in tolerance.steps if step.together}
+    top = max([1.0, *factors.values()])
+    levels = [factors[segment.step] / top for segment in animation.segments]
+    one = HEIGHT * (1.0 - 1.0 / top)
+    yield _band("ranges may be widened by", top, [
+        *_regrasps(animation),
+        f'<path class="threshold" d="M0 {one:.2f}H{WIDTH:g}"/>',
+        f'<path class="z" d="{_steps(animation, levels, 0.0, HEIGHT)}"/>',
+    ])  # fmt: skip
+
+
+def _tolerated(tolerance: Tolerance | None) -> str:
+    """Return what the plan tolerates, to be read."""
+    if tolerance is None:
+        return ""
+    return (
+        '<details id="tolerance" open><summary>What it tolerates</summary>'
+        f"<pre>{escaped(tolerance.table())}</pre></details>"
+    )
 
 
 def _band(label: str, top: float, parts: Iterable[str]) -> str:
@@ -106,37 +135,99 @@ def _span(animation: Animation, start: float, end: float) -> tuple[float, float]
     return start * per_second, (end - start) * per_second
 
 
-def page(plan: Plan) -> str:
-    """Return the whole page of ``plan``, one HTML text.
+POLICY: Final = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+"""What the stand-alone page may load: what is in it."""
 
-    Raises:
-        ScenarioError: the scenario inside the plan cannot be used.
-    """
-    animation = animate(plan)
-    scene = scene_messages(animation)
-    packed = [base64.b64encode(message).decode("ascii") for message in scene.messages]
-    parts = {
-        "TITLE": escaped(animation.name),
-        "DESCRIPTION": escaped(str(plan.scenario.get("description", ""))),
-        "SUMMARY": _summary(animation),
-        "BANDS": "".join(_bands(animation)),
-        "FINGERS": "".join(
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a page says of a plan: pieces of HTML, all that a user wrote escaped in them."""
+
+    title: str
+    description: str
+    summary: str
+    bands: str
+    chain: str
+    fingers: str
+    tolerance: str
+    score: dict[str, Any]  # what the page's script plays from
+    messages: tuple[str, ...]  # the scene's, packed, in base 64
+    camera: tuple[str, ...]  # likewise; they say from where it is looked at
+    parts: tuple[tuple[int, Array], ...]  # of obstacles, see ``SceneMessages``
+
+    def pieces(self) -> dict[str, str]:
+        """Return the pieces by the names that they have in the page's template."""
+        names = ("title", "description", "summary", "bands", "chain", "fingers", "tolerance")
+        return {name.upper(): getattr(self, name) for name in names}
+
+
+def shown(
+    animation: Animation, region: View | None = None, tolerance: Tolerance | None = None
+) -> Shown:
+    """Return what is shown of a plan, perhaps what it tolerates; see ``scene_messages``."""
+    scene = scene_messages(animation, region)
+    return Shown(
+        title=escaped(animation.name),
+        description=escaped(str(animation.plan.scenario.get("description", ""))),
+        summary=_summary(animation),
+        bands="".join([*_bands(animation), *_factors(animation, tolerance)]),
+        chain="".join(f"<li>{escaped(link.words)}</li>" for link in animation.chain),
+        fingers="".join(
             f'<tr id="finger{i}"><th scope="row">{i}</th><td class="place"></td>'
             '<td class="mode"></td><td class="f"></td></tr>'
             for i in range(animation.problem.fingers.count)
         ),
-        "COLOURS": " ".join(
-            f"--{name}: {palette.css(getattr(palette, name.upper()))};" for name in COLOURS
+        tolerance=_tolerated(tolerance),
+        score=score(animation, scene),
+        messages=_in_base64(scene.messages),
+        camera=_in_base64(scene.camera),
+        parts=scene.parts,
+    )
+
+
+def _in_base64(messages: Iterable[bytes]) -> tuple[str, ...]:
+    return tuple(base64.b64encode(message).decode("ascii") for message in messages)
+
+
+def page(plan: Plan, tolerance: Tolerance | None = None) -> str:
+    """Return the whole page of ``plan``, one HTML text, perhaps with what the plan tolerates.
+
+    Raises:
+        ScenarioError: the scenario inside the plan cannot be used.
+    """
+    seen = shown(animate(plan), tolerance=tolerance)
+    data = {"score": seen.score, "messages": seen.messages, "camera": seen.camera}
+    tags = [
+        *(
+            f'<script type="application/json" id="{name}">{embedded(value)}</script>'
+            for name, value in data.items()
         ),
-        "STYLE": _asset("page.css"),
-        "SCORE": embedded(score(animation, scene)),
-        "MESSAGES": embedded(packed),
-        "VIEWER": viewer_script(),
-        "SCRIPT": _asset("page.js"),
-    }
-    pieces = _asset("page.html").split("@@")
+        *(f"<script>{text}</script>" for text in (viewer_script(), asset("page.js"), _START)),
+    ]
+    return filled({
+        **seen.pieces(), "POLICY": POLICY, "STYLE": asset("page.css"), "KNOBS": "",
+        "SCRIPTS": "\n".join(tags),
+    })  # fmt: skip
+
+
+_START = """
+gmOmpl.present(...["score", "messages", "camera"].map(
+  (id) => JSON.parse(document.getElementById(id).textContent)));
+"""
+
+
+def filled(parts: Mapping[str, str]) -> str:
+    """Return the page's template with its names replaced by their parts."""
+    colours = " ".join(
+        f"--{name}: {palette.css(getattr(palette, name.upper()))};" for name in COLOURS
+    )
+    every = {**parts, "COLOURS": colours}
+    pieces = asset("page.html").split("@@")
     # Odd pieces are names; what is filled in is never searched for names again.
-    return "".join(parts[p] if k % 2 else p for k, p in enumerate(pieces))
+    return "".join(every[p] if k % 2 else p for k, p in enumerate(pieces))
 
 
 def escaped(text: str) -> str:
@@ -155,7 +246,8 @@ def embedded(value: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file that pages are made of."""
     return (files("gm_ompl.viz") / "pages" / name).read_text(encoding="utf-8")
 
 

@@ -37,6 +37,10 @@ class View:
         """Distance between opposite corners."""
         return float(np.linalg.norm(self.high - self.low))
 
+    def with_(self, other: View) -> View:
+        """Return the least box around both."""
+        return View(np.minimum(self.low, other.low), np.maximum(self.high, other.high))
+
 
 def neighbourhood(animation: Animation) -> View:
     """Return the region that the object and its fingertips sweep, and a margin."""

@@ -16,9 +16,9 @@ from importlib.resources import files
 from typing import Any, Final
 
 import numpy as np
-import umsgpack
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.errors import MissingExtraError
 from gm_ompl.geometry.solids import Body
 
 from . import palette
@@ -28,8 +28,12 @@ from .region import View, clipped, edges_of, neighbourhood, triangles_of, viewpo
 with warnings.catch_warnings():
     # meshcat's server, unused here, imports a deprecated part of pyzmq.
     warnings.simplefilter("ignore", DeprecationWarning)
-    import meshcat
-    import meshcat.geometry as g
+    try:
+        import meshcat
+        import meshcat.geometry as g
+    except ImportError as missing:
+        raise MissingExtraError("meshcat", "view") from missing
+    import umsgpack  # meshcat's own
 
 VIEW_SIZE: Final = 3.0
 """Diagonal of the region in meshcat's units; its camera and lights are made for a few units."""
@@ -61,10 +65,13 @@ class SceneMessages:
     """Everything that the viewer needs to draw the scene."""
 
     messages: tuple[bytes, ...]  # packed for meshcat's ``handle_command_bytearray``, in order
+    camera: tuple[bytes, ...]  # likewise: from where to look at it
     scale: float  # meshcat units per unit of length
     centre: Array  # (3,), the world point at meshcat's origin
     arrow: float  # length of an arrow's shaft at f_max
     slots: int  # number of contact markers
+    # of each node ``obstacle0``, ``obstacle1``, ...: whose part it is, its middle (3,)
+    parts: tuple[tuple[int, Array], ...]
 
 
 def visualizer(recorder: Recorder) -> Any:
@@ -81,17 +88,24 @@ def viewer_script() -> str:
     return path.read_text(encoding="utf-8")
 
 
-def scene_messages(animation: Animation) -> SceneMessages:
-    """Return the scene of ``animation``, nothing yet posed but what never moves."""
+def scene_messages(animation: Animation, around: View | None = None) -> SceneMessages:
+    """Return the scene of ``animation``, nothing yet posed but what never moves.
+
+    Args:
+        animation: the plan.
+        around: what must be drawn besides the neighbourhood of the plan.
+    """
     region = neighbourhood(animation)
-    recorder = Recorder()
+    if around is not None:
+        region = region.with_(around)
+    recorder, looking = Recorder(), Recorder()
     view = visualizer(recorder)
     scale = VIEW_SIZE / region.diagonal
     world = view["world"]
     world.set_transform(similarity(scale, -scale * region.centre))
     for helper in ("/Grid", "/Axes"):
         view[helper].set_property("visible", False)
-    _surroundings(world, animation, region)
+    parts = _surroundings(world, animation, region)
     _body(world["object"], animation.problem.body)
     diagonal = animation.problem.body.diagonal
     slots = max((len(segment.contacts.points) for segment in animation.segments), default=0)
@@ -100,8 +114,16 @@ def scene_messages(animation: Animation) -> SceneMessages:
     arrow = ARROW * diagonal
     for i, radius in enumerate(animation.problem.fingers.radius.tolist()):
         _fingertip(world[f"object/finger{i}"], radius, diagonal)
-    _camera(view, animation)
-    return SceneMessages(tuple(recorder.messages), scale, region.centre, arrow, slots)
+    _camera(meshcat.Visualizer(window=looking), animation)
+    return SceneMessages(
+        messages=tuple(recorder.messages),
+        camera=tuple(looking.messages),
+        scale=scale,
+        centre=region.centre,
+        arrow=arrow,
+        slots=slots,
+        parts=parts,
+    )
 
 
 def similarity(scale: float, offset: Array) -> Array:
@@ -115,7 +137,8 @@ def _translation(offset: Any) -> Array:
     return similarity(1.0, np.asarray(offset))
 
 
-def _surroundings(world: Any, animation: Animation, region: View) -> None:
+def _surroundings(world: Any, animation: Animation, region: View) -> tuple[tuple[int, Array], ...]:
+    """Draw floor and obstacles; return of each obstacle's node whose part it is, and its middle."""
     if animation.problem.environment.floor:
         size = region.high - region.low
         thickness = 0.01 * region.diagonal
@@ -123,15 +146,16 @@ def _surroundings(world: Any, animation: Animation, region: View) -> None:
         node = world["floor"]
         node.set_object(g.Box(slab), g.MeshLambertMaterial(color=palette.FLOOR))
         node.set_transform(_translation([*region.centre[:2], -0.6 * thickness]))
-    number = 0
-    for obstacle in animation.problem.environment.obstacles:
+    drawn: list[tuple[int, Array]] = []
+    for k, obstacle in enumerate(animation.problem.environment.obstacles):
         for piece in obstacle.body.pieces:
             part = clipped(piece, region)
             if part is not None:
-                node, middle = world[f"obstacle{number}"], part.vertices.mean(axis=0)
+                node, middle = world[f"obstacle{len(drawn)}"], part.vertices.mean(axis=0)
                 node.set_transform(_translation(middle))  # numbers are small wherever it lies
                 draw_piece(node, part.faces, part.vertices - middle, palette.OBSTACLE, 0.22)
-                number += 1
+                drawn.append((k, middle))
+    return tuple(drawn)
 
 
 def draw_piece(node: Any, faces: Any, corners: Array, colour: int, opacity: float) -> None:
@@ -165,6 +189,12 @@ def draw_solid(node: Any, triangles: Array, edges: Array, colour: int, opacity: 
     )
     node["solid"].set_object(mesh, material)
     node["edges"].set_object(_lines(edges, palette.OBSTACLE if see_through else palette.EDGE))
+
+
+def draw_coloured(node: Any, corners: Array, triangles: IntArray, colours: Array) -> None:
+    """Draw triangles (t, 3), rows of ``corners`` (v, 3), each corner with its colour (v, 3)."""
+    mesh = g.TriangularMeshGeometry(corners, triangles, color=colours)
+    node.set_object(g.Mesh(mesh, g.MeshBasicMaterial(vertexColors=True, side=2)))
 
 
 def _lines(edges: Array, colour: int) -> Any:

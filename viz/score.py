@@ -32,6 +32,7 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
     return {
         "duration": animation.duration,
         "scale": scene.scale,
+        "size": problem.body.diagonal,
         "centre": numbers(scene.centre),
         "arrow": scene.arrow,
         "slots": scene.slots,
@@ -40,6 +41,10 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
         "zTop": z_top(animation),
         "names": list(problem.motion.names),
         "steps": _steps(animation),
+        "chain": [
+            {"first": link.steps[0], "last": link.steps[1], "words": link.words}
+            for link in animation.chain
+        ],
         "segments": segments,
         "poses": [numbers(row) for row in poses or [animation.rest_pose()]],
         "places": tables.places,

@@ -1,10 +1,13 @@
 """Small pictures of a plan's decisive moments: start, before and after each regrasp, goal.
 
+With free motion also where the object begins to do something else.
+
 An orthographic projection of its own, drawn back to front: no browser and no graphics card.
 """
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -12,6 +15,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, unit
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.motion.free import FreeMotion
 
 from . import palette
 from .animation import Animation, ShownSegment
@@ -21,6 +25,7 @@ from .region import View, clipped, neighbourhood, viewpoint
 MOST: Final = 12  # at most this many moments are drawn; of more regrasps the first are shown
 
 COLUMNS: Final = 4
+CAPTION: Final = 26  # characters of a caption's line
 CELL: Final = 1.75  # width and height of one picture [inch]
 ARROW: Final = 0.45  # length of an arrow at f_max, in D
 
@@ -35,15 +40,20 @@ class Picture:
     # the segment whose fingers, modes and forces are drawn; None without a plan
     segment: ShownSegment | None
     pose: Array  # (7,), of the object
+    # (3,), the centre of the fingertip that is on its way, object frame
+    lifted: Array | None = None
 
 
 def pictures(animation: Animation) -> list[Picture]:
-    """Return start, before and after each regrasp, and goal."""
+    """Return start, before and after each regrasp, and goal; with free motion each link's end."""
     if not animation.segments:
         return [Picture("start", None, animation.rest_pose())]
     found = [Picture("start", animation.segments[0], animation.segments[0].poses[0])]
-    regrasp = 0
+    regrasp, told = 0, _told(animation)
     for k, segment in enumerate(animation.segments):
+        ends = k + 1 == len(animation.segments) or animation.segments[k + 1].step != segment.step
+        if ends and segment.step in told:
+            found.append(Picture(told[segment.step], segment, segment.poses[-1]))
         if not segment.regrasp:
             continue
         regrasp += 1
@@ -53,6 +63,22 @@ def pictures(animation: Animation) -> list[Picture]:
         found.append(Picture(f"after regrasp {regrasp}", after, segment.poses[0]))
     last = animation.segments[-1]
     return [*found[: MOST - 1], Picture("goal", last, last.poses[-1])]
+
+
+def _told(animation: Animation) -> dict[int, str]:
+    """Return what the object did, by the last step of it; not what ends at a regrasp or the goal.
+
+    Nothing where its way is prescribed: all of it is known beforehand.
+    """
+    if not isinstance(animation.problem.motion, FreeMotion):
+        return {}
+    steps, last = animation.plan.steps, len(animation.plan.steps) - 1
+    ends = [link.steps[1] for link in animation.chain]
+    return {
+        k: textwrap.fill(link.words, CAPTION)
+        for k, link in zip(ends, animation.chain, strict=True)
+        if k < last and "regrasp" not in (steps[k].kind, steps[k + 1].kind)
+    }
 
 
 class Projection:
@@ -92,8 +118,8 @@ def snapshots_figure(animation: Animation) -> Any:
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     figure.suptitle(title(animation.name, 24 * columns), fontsize=8, parse_math=False)
     for ax, picture in zip(axes, shown, strict=False):
-        _Painter(ax, animation, view, region).draw(picture)
-        ax.set_title(picture.caption, fontsize=7)
+        Painter(ax, animation, view, region).draw(picture)
+        ax.set_title(picture.caption, fontsize=7 if "\n" not in picture.caption else 5.5)
         ax.set_xlim(frame[:, 0].min(), frame[:, 0].max())
         ax.set_ylim(frame[:, 1].min(), frame[:, 1].max())
     for ax in axes:
@@ -110,7 +136,7 @@ def snapshots_figure(animation: Animation) -> Any:
     return figure
 
 
-class _Painter:
+class Painter:
     """Draws one picture back to front; matplotlib is loaded when it is made."""
 
     def __init__(self, ax: Any, animation: Animation, view: Projection, region: View) -> None:
@@ -128,10 +154,10 @@ class _Painter:
         normals = [] if shown is None else [place.normal for place in shown.placements]
         hidden = [pose.rotation @ np.asarray(n) @ self._view.direction >= 0 for n in normals]
         for i in np.flatnonzero(hidden).tolist():
-            self._tip(pose, shown, i)
+            self._tip(pose, picture, i)
         self._object(pose)
         for i, behind in enumerate(hidden):
-            self._tip(pose, shown, i, outline=behind)
+            self._tip(pose, picture, i, outline=behind)
         self._environment(depth, behind=False)
 
     def _environment(self, depth: float, behind: bool) -> None:
@@ -170,16 +196,18 @@ class _Painter:
             )
         )  # fmt: skip
 
-    def _tip(self, pose: Pose, shown: ShownSegment | None, i: int, outline: bool = False) -> None:
+    def _tip(self, pose: Pose, picture: Picture, i: int, outline: bool = False) -> None:
         """Draw a fingertip: under position control in a square, under force control with an arrow.
 
         Of one that the object may hide the outline alone is drawn again.
         """
+        shown = picture.segment
         assert shown is not None
         add, circle = self._ax.add_patch, self._patches.Circle
         radius = float(self._problem.fingers.radius[i])
-        centre = pose.apply(self._animation.centre(i, shown.placements[i]))
-        (x, y), mode = self._view.flat(centre[None])[0], shown.modes[i]
+        mode, place = shown.modes[i], self._animation.centre(i, shown.placements[i])
+        centre = pose.apply(place if mode != "L" or picture.lifted is None else picture.lifted)
+        x, y = self._view.flat(centre[None])[0]
         if outline:
             add(circle((x, y), radius, fill=False, edgecolor="0.2", linewidth=0.5, linestyle=":"))
             return

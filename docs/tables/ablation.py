@@ -1,4 +1,4 @@
-"""``python -m docs.tables.ablation [PAGE]``: what the search owes to what, for docs/ablation.md.
+"""``python -m docs.tables.ablation [PAGE]``: what the search owes to what.
 
 Measures the paper's scenarios without heuristic, with the paper's and with the search over lanes,
 time and memory of the latter against segments, grid and fingers, and time per node on random

@@ -1,4 +1,4 @@
-"""``python -m docs.tables.comparison``: makes the runs of docs/comparison.md and its tables.
+"""``python -m docs.tables.comparison``: makes the runs of its page and its tables.
 
 Without options: all of them, which takes an hour or two on two cores. Every finished run is stored,
 so that a second call goes on where the first was stopped; ``--tables-only`` takes what is stored.
@@ -18,10 +18,11 @@ from typing import Any, TypeAlias
 from docs.tables.pages import write_tables
 from gm_ompl import api
 from gm_ompl.errors import GmOmplError, InputError
+from gm_ompl.forks import RunLimits
 from gm_ompl.study.compare import EXACT, compare, make_tasks, optima
 from gm_ompl.study.report import table, tables
 from gm_ompl.study.store import RunRecord, Store
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.task import Task
 from gm_ompl.study.workers import LocalExecutor
 
 SINGLE = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp", "paper/cork")
@@ -49,7 +50,7 @@ def runs(design: Comparison) -> tuple[Task, ...]:
     Raises:
         InputError: a name or a number is wrong.
     """
-    limits = Limits(design.time_limit)
+    limits = RunLimits(design.time_limit)
     single = make_tasks(list(map(api.load, design.single)), design.planners, design.seeds, limits)
     drawn = [
         replace(task, seed=seed)
@@ -62,7 +63,7 @@ def runs(design: Comparison) -> tuple[Task, ...]:
 
 def references(design: Comparison, tasks: Sequence[Task]) -> tuple[Task, ...]:
     """Return a longer run of the exact planner on every scenario of the tasks."""
-    limits = Limits(design.reference_limit)
+    limits = RunLimits(design.reference_limit)
     exact = {task.scenario_key: task for task in tasks if task.planner == EXACT}
     return tuple(replace(task, seed=0, limits=limits) for task in exact.values())
 
@@ -90,7 +91,7 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
     """
     parser = argparse.ArgumentParser(prog=f"python -m docs.tables.{name}")
     parser.add_argument("--store", type=Path, default=Path("build/comparison/runs.sqlite"))
-    parser.add_argument("--page", type=Path, default=Path(f"docs/{name}.md"))
+    parser.add_argument("--page", type=Path, default=Path(f"docs/results/{name}.md"))
     parser.add_argument("--tables-only", action="store_true", help="make no runs")
     for option, value in vars(design).items():
         many: dict[str, Any] = {"nargs": "*"} if isinstance(value, tuple) else {"type": type(value)}
@@ -100,7 +101,9 @@ def produce(name: str, design: Comparison, arguments: Sequence[str] | None, writ
     asked = Comparison(**options)
     try:
         if not page.is_file():  # said before hours of runs, not after
-            raise InputError(f"--page {page}: no such file; copy docs/{page.name} with its marks")
+            raise InputError(
+                f"--page {page}: no such file; copy docs/results/{page.name} with its marks"
+            )
         write(asked, page, *_runs(asked, path, stored_only))
     except GmOmplError as error:
         sys.stderr.write(f"{error}\n")

@@ -28,6 +28,8 @@ SEARCHES: Final = {
 
 _HEAD: Final = """# Gallery
 
+<!-- this page is written by a program -->
+
 What the shipped scenarios look like when planned. This page and its images are built by
 `make gallery`; nothing here is drawn by hand.
 

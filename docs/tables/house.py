@@ -1,4 +1,4 @@
-"""``python -m docs.tables.house [PAGE]``: the house in figures, for docs/architecture.md.
+"""``python -m docs.tables.house [PAGE]``: the house in figures, for docs/results/size.md.
 
 Counts lines, floors of imports, circles, names used twice, and what is longer or takes more than
 the house's style allows; the table says how many, stdout says which.
@@ -156,7 +156,7 @@ def main() -> None:
     for what, which in found.items():
         sys.stdout.write(f"{what}: {counts[what]}\n" + "".join(f"  {name}\n" for name in which))
     rows = [(what, number(count)) for what, count in counts.items()]
-    write_page("architecture", {"house": [table(("figure", "count"), rows)]})
+    write_page("size", {"house": [table(("figure", "count"), rows)]})
 
 
 if __name__ == "__main__":

@@ -20,10 +20,10 @@ from pathlib import Path
 from gm_ompl import api
 from gm_ompl.cores import cores
 from gm_ompl.errors import GmOmplError
+from gm_ompl.forks import RunLimits
 from gm_ompl.study.cluster import LOCAL, make_executor
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.store import RunRecord, Store
-from gm_ompl.study.task import Limits
 from gm_ompl.study.workers import Executor, LocalExecutor
 
 PLANNER = "HybridRRTstar"
@@ -47,7 +47,7 @@ def measure(
     Raises:
         GmOmplError: the scenario is unknown, or a run did not end by its time limit.
     """
-    tasks = make_tasks([api.load(scenario)], [PLANNER], runs, Limits(time_s=seconds))
+    tasks = make_tasks([api.load(scenario)], [PLANNER], runs, RunLimits(time_s=seconds))
     before, started = _cpu(), time.monotonic()
     with (
         tempfile.TemporaryDirectory() as folder,

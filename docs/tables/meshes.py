@@ -1,7 +1,7 @@
 """``python -m docs.tables.meshes``: meshes as they are found in wheels, loaded and planned with.
 
 The wheels are downloaded into ``build/wheels`` and unpacked, not installed. A mesh that is refused
-is tried with what the refusal offers, as typed. ``docs/meshes.md`` holds the table.
+is tried with what the refusal offers, as typed. ``docs/results/meshes.md`` holds the table.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def main(arguments: list[str]) -> None:
                 out.write(json.dumps(row.__dict__) + "\n")
             known[name] = row
     content = table(HEAD, [cells(row) for row in known.values()])
-    write_tables(ROOT / "docs" / "meshes.md", {"meshes": content})
+    write_tables(ROOT / "docs" / "results" / "meshes.md", {"meshes": content})
 
 
 if __name__ == "__main__":

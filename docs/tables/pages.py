@@ -13,14 +13,14 @@ from gm_ompl.writing import write_text
 
 
 def write_page(name: str, tables: Mapping[str, Iterable[str]]) -> None:
-    """Write ``docs/NAME.md``, or the page named on the command line, as its tables grow.
+    """Write ``docs/results/NAME.md``, or the page named on the command line, as its tables grow.
 
     Args:
         name: of the page.
         tables: by their marks, each table longer and longer: a call that is stopped leaves what it
             has measured.
     """
-    page = Path(sys.argv[1] if len(sys.argv) > 1 else f"docs/{name}.md")
+    page = Path(sys.argv[1] if len(sys.argv) > 1 else f"docs/results/{name}.md")
     for mark, growing in tables.items():
         for content in growing:
             write_tables(page, {mark: content})

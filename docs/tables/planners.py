@@ -1,4 +1,4 @@
-"""``python -m docs.tables.planners``: every planner over time, for docs/planners.md.
+"""``python -m docs.tables.planners``: every planner over time, for docs/results/planners.md.
 
 Makes the runs of all planners on the paper's problems, writes their table into the page and draws
 success and cost over time beside it (images/planners.svg). Runs are those of ``comparison``,

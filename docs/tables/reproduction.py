@@ -1,7 +1,7 @@
 """``python -m docs.tables.reproduction [PAGE]``: the paper's results beside this planner's.
 
 Plans the paper's scenarios and the cork box's variants and checks every plan, for
-docs/reproduction.md. Takes about a minute.
+docs/results/reproduction.md. Takes about a minute.
 """
 
 from __future__ import annotations

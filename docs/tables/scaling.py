@@ -1,7 +1,7 @@
 """``python -m docs.tables.scaling [PAGE]``: where exactness ends and what sampling costs beyond.
 
 Measures ``astar`` and ``HybridRRTConnect`` against degrees of freedom (nodes of the object's
-lattice), placements and fingers; writes the tables into PAGE (docs/scaling.md) and the picture
+lattice), placements and fingers; writes the tables into PAGE (its own) and the picture
 beside it (images/scaling.svg). Takes about ten minutes on one core.
 """
 
@@ -30,7 +30,7 @@ SAMPLER = "HybridRRTConnect"
 
 
 @dataclass(frozen=True)
-class Case:
+class Growing:
     """One scenario on an axis."""
 
     series: str  # what the axis varies of it
@@ -46,31 +46,31 @@ def _steps(length: str, yaw: str) -> str:
 GRIDS = (2, 3, 5, 7, 9, 13, 19)
 PLANAR_STEPS = (("1", "30"), ("1", "15"), ("0.5", "15"), ("0.5", "5"), ("0.25", "2.5"))
 PLANAR_GRIDS = ((3, 1), (5, 2), (9, 4), (15, 6))
-AXES: dict[str, tuple[Case, ...]] = {
+AXES: dict[str, tuple[Growing, ...]] = {
     "object nodes": (
         *(
-            Case("path (1)", 1, "paper/tumble",
+            Growing("path (1)", 1, "paper/tumble",
                  ("fingers.placements.grid=[3, 3]", f"lattice.segments={n}"))
             for n in (15, 60, 240)
         ),
         *(
-            Case("planar (3)", 3, "planar/turn", (_steps(length, yaw),))
+            Growing("planar (3)", 3, "planar/turn", (_steps(length, yaw),))
             for length, yaw in PLANAR_STEPS
         ),
     ),
     "placements": (
         *(
-            Case("paper/regrasp", 1, "paper/regrasp",
+            Growing("paper/regrasp", 1, "paper/regrasp",
                  (f"fingers.placements.grid=[{m}, {m}]",))
             for m in GRIDS
         ),
         *(
-            Case("planar/turn", 3, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
+            Growing("planar/turn", 3, "planar/turn", (f"fingers.placements.grid=[{a}, {b}]",))
             for a, b in PLANAR_GRIDS
         ),
     ),
     "fingers": tuple(
-        Case(series, freedom, scenario, (f"fingers.count={n}", *coarse))
+        Growing(series, freedom, scenario, (f"fingers.count={n}", *coarse))
         for series, freedom, scenario, coarse in (
             ("paper/tumble", 1, "paper/tumble",
              ("fingers.placements.grid=[3, 3]", "lattice.segments=15")),
@@ -87,7 +87,7 @@ HEAD = (
 )  # fmt: skip
 
 
-def sampled(case: Case, seeds: int, limit: float) -> tuple[list[float], list[float]]:
+def sampled(case: Growing, seeds: int, limit: float) -> tuple[list[float], list[float]]:
     """Return CPU times [s] and costs of the sampling planner's plans, with seeds 0, 1, ..."""
     scenario = api.load(case.scenario, case.changes)
     seconds, costs = [], []
@@ -101,7 +101,7 @@ def sampled(case: Case, seeds: int, limit: float) -> tuple[list[float], list[flo
 
 
 def measurements(
-    axis: str, cases: Sequence[Case], seeds: int = SEEDS, limit: float = LIMIT
+    axis: str, cases: Sequence[Growing], seeds: int = SEEDS, limit: float = LIMIT
 ) -> Iterator[tuple[tuple[object, ...], dict[str, Any]]]:
     """Yield each case's line of the table, and its point as the picture draws it."""
     for case in cases:
@@ -132,7 +132,7 @@ def measurements(
 
 
 def study(
-    page: Path, axes: dict[str, tuple[Case, ...]], seeds: int = SEEDS, limit: float = LIMIT
+    page: Path, axes: dict[str, tuple[Growing, ...]], seeds: int = SEEDS, limit: float = LIMIT
 ) -> None:
     """Measure all axes, and write tables and picture as they grow."""
     panels: dict[str, list[dict[str, Any]]] = {}
@@ -200,7 +200,7 @@ def _series(ax: Any, rows: Sequence[Mapping[str, Any]], line: str) -> None:
 
 def main(arguments: Sequence[str]) -> None:
     """Measure everything and write the page."""
-    page = Path(arguments[0] if arguments else "docs/scaling.md")
+    page = Path(arguments[0] if arguments else "docs/results/scaling.md")
     for name in ("paper/tumble", "planar/turn"):  # machine code loaded, nothing is timed
         api.plan(name, time_limit=LIMIT)
         api.plan(name, SAMPLER, time_limit=LIMIT)

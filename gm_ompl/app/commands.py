@@ -20,6 +20,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from gm_ompl.app.interrupts import Interrupts
 from gm_ompl.errors import InputError, LimitError
 
 
@@ -80,7 +81,10 @@ def guarded(command: Callable[..., Exit]) -> Callable[..., None]:
                 kwargs,
             )
         except Exception as error:
-            code = _fail(Exit.BUG, _describe_bug(error), kwargs)
+            if Interrupts.dropped:
+                code = _fail(Exit.INTERRUPTED, "interrupted", kwargs)
+            else:
+                code = _fail(Exit.BUG, _describe_bug(error), kwargs)
         raise SystemExit(int(code))
 
     return wrapper
@@ -109,9 +113,9 @@ def option(default: Any, text: str, metavar: str | None = None, *names: str, **m
     return _field(default, typer.Option(*names, metavar=metavar, help=text, **more))
 
 
-def argument(text: str, metavar: str) -> Any:
-    """Return a field that is an argument, with its help and what it is called."""
-    return _field(..., typer.Argument(metavar=metavar, help=text))
+def argument(text: str, metavar: str, default: Any = ..., **more: Any) -> Any:
+    """Return a field that is an argument, with its help, what it is called and its default."""
+    return _field(default, typer.Argument(metavar=metavar, help=text, **more))
 
 
 def _field(default: Any, info: Any) -> Any:

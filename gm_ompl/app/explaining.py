@@ -6,12 +6,14 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from shlex import quote
 
 import gm_ompl
 from gm_ompl import limits
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import say, say_json, show_warnings
 from gm_ompl.app.verbs import ExplainVerb
+from gm_ompl.diagnosis.free_values import DeedLine, Explored
 from gm_ompl.diagnosis.values import (
     ContactLine,
     Explanation,
@@ -60,7 +62,7 @@ def read_placements(text: str) -> list[tuple[str, tuple[int, int]]]:
     return [(one[1], (int(one[2] or one[4]), int(one[3] or one[5]))) for one in found]
 
 
-def read_coordinates(text: str) -> list[float]:
+def read_coordinates(text: str, option: str = "--at") -> list[float]:
     """Return object coordinates from "S", or "X,Y,YAW" in the plane (yaw in rad, or "90 deg").
 
     Raises:
@@ -77,13 +79,14 @@ def read_coordinates(text: str) -> list[float]:
             values.append(float(number) * unit)
         except ValueError:
             raise InputError(
-                f"--at {text!r}: must be a number (from 0 to 1 along a path), or X,Y,YAW"
+                f"{option} {text!r}: must be a number (along a path), or X,Y,YAW"
             ) from None
     return values
 
 
 MOST_LINES = 39  # what an explanation has at most; ``--json`` has all of it
 FACES_SHOWN = 4
+DEEDS_SHOWN = 5
 CONTACTS_SHOWN = 8
 STRETCHES_SHOWN = 6
 MODES_SHOWN = 4
@@ -109,7 +112,7 @@ def _all(explanation: Explanation) -> Iterator[str]:
         yield "tried, each change alone:"
     for remedy in sorted(explanation.remedies, key=lambda remedy: not remedy.helps):
         sign = "helps" if remedy.helps else "no help"
-        yield f"  {sign:8s} --set {remedy.change}  ({remedy.evidence})"
+        yield f"  {sign:8s} --set {quote(remedy.change)}  ({remedy.evidence})"
     if explanation.contacts:
         yield "contacts with the environment (all stick at rest):"
     yield from _shown(map(_contact, explanation.contacts), CONTACTS_SHOWN, "contacts")
@@ -117,6 +120,8 @@ def _all(explanation: Explanation) -> Iterator[str]:
         yield from _instant(instant)
     if explanation.placements is not None:
         yield from _set(explanation.placements)
+    for explored in explanation.explored:
+        yield from _explored(explored)
     for survey in explanation.surveys:
         yield from _survey(survey)
 
@@ -138,6 +143,39 @@ def _contact(line: ContactLine) -> str:
         f"  {line.against} at ({_numbers(line.point)}), normal ({_numbers(line.normal)}): "
         f"{usual}{aside}"
     )
+
+
+def _explored(found: Explored) -> Iterator[str]:
+    who = "the object by itself"
+    if found.fingers:
+        who = f"held by any of {found.sets} sets of placements, fingers changed at will"
+    seen = "all of them" if found.whole else "not all of them"
+    yield f"{who}: {found.nodes:,} poses, {found.arcs:,} arcs ({seen} seen)"
+    near, reached = found.nearest, "the goal" if found.arrived else "nearest to the goal"
+    angle = f" and {round(near.angle, 9):.3g} deg" if not found.arrived else ""
+    off = "" if found.arrived else f", off by {round(near.distance, 9):.3g}{angle}"
+    yield f"  {reached}: {near.place.words}, after {near.arcs} arcs{off}"
+    rows = (f"  {line.deed}: {_deed(line, found.fingers)}" for line in found.deeds)
+    yield from _shown(rows, DEEDS_SHOWN, "kinds of arcs")
+    if not found.fingers:
+        touching = [f"{words} ({count:,})" for words, count in found.contacts.items()]
+        yield f"  contacts: {'; '.join(touching[:CONTACTS_SHOWN])}"
+    if found.borders:
+        yield f"  it comes to the region's end at {', '.join(found.borders)}"
+
+
+def _deed(line: DeedLine, fingers: bool) -> str:
+    if not fingers:
+        return f"{line.arcs:,} arcs"
+    blocked = "".join(f"; {n:,} {_words(name)}" for name, n in line.findings.items())
+    return f"held on {line.holding:,} of {line.arcs:,} arcs{blocked}"
+
+
+def _where(line: InstantLine) -> str:
+    if line.place is None:
+        return f"at {_numbers(line.q)}"
+    moving = "at rest" if line.moving is None else f"where it {line.moving}"
+    return f"at {line.place.words}, {moving}"
 
 
 def _survey(survey: Survey) -> Iterator[str]:
@@ -167,14 +205,16 @@ def _survey(survey: Survey) -> Iterator[str]:
 def _set(line: SetLine) -> Iterator[str]:
     places = " ".join(line.placements) or "no fingers"
     yield f"  {places}:{' holds' if line.holds else ''}{_ratio(line.ratio)}"
+    ends = []
     if line.nodes_from_start is not None:
-        yield (
-            f"    without regrasping: {line.nodes_from_start:,} nodes reached from the start, "
-            f"the goal reached from {line.nodes_to_goal:,}"
-        )
+        ends.append(f"{line.nodes_from_start:,} nodes reached from the start")
+    if line.nodes_to_goal is not None:
+        ends.append(f"the goal reached from {line.nodes_to_goal:,}")
+    if ends:
+        yield f"    without regrasping: {', '.join(ends)}"
     for going, failed in (("going forward", line.forward), ("coming back", line.backward)):
         if failed is not None:
-            yield f"    {going} it first fails at {_numbers(failed.q)}: {_why(failed)}"
+            yield f"    {going} it first fails {_where(failed)}: {_why(failed)}"
     parts = (
         f"    from {part.first:.4g} to {part.last:.4g}: {_why(part)}" for part in line.stretches
     )
@@ -193,9 +233,9 @@ def _instant(line: InstantLine) -> Iterator[str]:
 
 def _mode(row: ModeLine) -> str:
     if row.internal_force:
-        return "excessive internal force could be generated (Problem (5))"
+        return "fingers could squeeze without bound: excessive internal force (5)"
     if row.z is None:
-        return "no equilibrium"
+        return "no equilibrium (3)"
     commands = [f"{f:.4g}" for f in row.f_com if f is not None]
     return f"z = {row.z:.4g}" + (f" with f_com {', '.join(commands)}" if commands else "")
 

@@ -9,6 +9,7 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
+from gm_ompl.app.showing import check_viewer
 from gm_ompl.app.verbs import InspectVerb
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.solids import volume
@@ -21,6 +22,8 @@ SHOWN = 12  # resting poses, pieces and faces that are listed at most
 def inspect_command(request: InspectVerb) -> Exit:
     """Show what is to know of a mesh, or of a scenario's object."""
     target = writable(request.html, "--html")
+    if target is not None:
+        check_viewer()
     with limits.holding(request.time_limit, request.memory_limit):
         found = inspect(request.mesh, request.overrides or ())
     if request.as_json:

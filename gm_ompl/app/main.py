@@ -8,21 +8,37 @@ from __future__ import annotations
 
 import gc
 import os
-import signal
 import sys
 from contextlib import suppress
-from types import FrameType
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 import gm_ompl
 from gm_ompl.app.commands import TRACEBACK_VARIABLE, Exit, Switches, command
+from gm_ompl.app.interrupts import listen
 from gm_ompl.app.output import hush_libraries, note, outlets, show_log
-from gm_ompl.app.verbs import VERBS
+from gm_ompl.app.verbs import GROUPS, VERBS
+
+
+class _Grouped(TyperGroup):
+    """The command, whose ``--help`` lists its verbs by what they are for."""
+
+    def format_commands(self, _ctx: Any, formatter: Any) -> None:
+        """Write a section per group of verbs, all with the same first column."""
+        width = max(map(len, self.commands))
+        for heading, verbs in GROUPS.items():
+            rows = [
+                (v.ljust(width), self.commands[v].get_short_help_str(sys.maxsize)) for v in verbs
+            ]
+            with formatter.section(heading):
+                formatter.write_dl(rows)
+
 
 app = typer.Typer(
     name="gm-ompl",
+    cls=_Grouped,
     no_args_is_help=True,
     add_completion=True,
     rich_markup_mode=None,  # one plain message for a usage error, and a quicker start
@@ -63,17 +79,12 @@ COLLECT_AFTER: Final = 100_000
 """Objects made before garbage is looked for; at Python's 700 a tenth of a start goes into that."""
 
 
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    """Treat a request to terminate like Ctrl-C: what is known is kept."""
-    raise KeyboardInterrupt
-
-
 def run() -> None:
     """Entry point of the command ``gm-ompl``."""
     gc.set_threshold(COLLECT_AFTER)
     # Else pydantic looks for plugins of its own in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    signal.signal(signal.SIGTERM, _interrupt)
+    listen()
     hush_libraries()
     with outlets() as stdout:
         code = _code()

@@ -98,6 +98,8 @@ def made_folder(path: Path) -> Path:
     Raises:
         InputError: it cannot be made.
     """
+    if str(path) == "-":
+        raise InputError("-o -: several files are written; name a folder")
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -13,11 +13,13 @@ import gm_ompl
 from gm_ompl import limits
 from gm_ompl.app.commands import EXIT_OF_STATUS, Exit
 from gm_ompl.app.output import note, say, say_json, show_warnings, writable
-from gm_ompl.app.showing import write_html
+from gm_ompl.app.showing import check_viewer, write_html
 from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.asking import budget
 from gm_ompl.errors import InputError, ScenarioError
+from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
+from gm_ompl.planfile.words import chain
 from gm_ompl.planners.planner import Progress, Status
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
@@ -78,6 +80,8 @@ def plan_command(request: PlanVerb) -> Exit:
     named = [target for target in (output, html, trace) if target is not None]
     if len(set(named)) < len(named):
         raise InputError("-o, --html and --trace must name different files")
+    if html is not None:
+        check_viewer()
     parameters = read_parameters(request.params)
     asked = budget(request.time_limit, request.max_iterations, request.memory_limit)
     with limits.holding(asked.time_limit, asked.memory_limit_mb):
@@ -88,7 +92,7 @@ def plan_command(request: PlanVerb) -> Exit:
         plan.save(output)
     if html is not None:
         write_html(plan, html)
-    to_stdout = output is not None and is_stdout(output)  # the file alone comes out there
+    to_stdout = any(map(is_stdout, named))  # the file alone comes out there
     if request.as_json and not to_stdout:
         say_json(plan.to_dict())
     elif not request.as_json:
@@ -161,6 +165,7 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"
         yield from _junctions(plan.statistics.model_extra or {})
+    yield from _worst_case(plan.scenario)
     yield from _deviations(plan.scenario)
     if plan.lower_bound is not None and not plan.optimal:
         yield f"  lower bound  {plan.lower_bound:.6g}"
@@ -171,8 +176,18 @@ def summary(plan: Plan) -> Iterator[str]:
     )
     if pockets := (spent.model_extra or {}).get("pockets"):
         yield f"  refused      {pockets:,} first touches and regrasps: a fingertip is in a pocket"
+    yield from _chain(plan)
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
+
+
+def _chain(plan: Plan) -> Iterator[str]:
+    """Yield what the object does, arc by arc; in the plane, where all changes at once, nothing."""
+    if plan.has_plan:
+        for link in chain(plan, problem_of(plan)):
+            first, last = (number + 1 for number in link.steps)
+            steps = f"step {first}" if first == last else f"steps {first}-{last}"
+            yield f"  {steps:12s} {link.words}"
 
 
 def _junctions(statistics: Mapping[str, Any]) -> Iterator[str]:
@@ -187,6 +202,13 @@ def _junctions(statistics: Mapping[str, Any]) -> Iterator[str]:
     elif any(counts.values()):
         parts = ", ".join(f"{count} {told[name]}" for name, count in counts.items() if count)
         yield f"  junctions    {parts}"
+
+
+def _worst_case(scenario: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what z is where not everything is known exactly."""
+    ranges = scenario.get("uncertainty")
+    if ranges:
+        yield f"  uncertainty  z is that of the worst case of: {', '.join(ranges)}"
 
 
 def _deviations(scenario: Mapping[str, Any]) -> Iterator[str]:
@@ -231,4 +253,4 @@ def _describe(steps: list[Step]) -> Iterator[str]:
 
 
 def _numbers(q: tuple[float, ...]) -> str:
-    return ", ".join(f"{value:.4g}" for value in q)
+    return ", ".join(f"{round(value, 9) + 0.0:.4g}" for value in q)

@@ -1,4 +1,4 @@
-"""``list``, ``check``, ``view`` and ``plot``: what there is, and what a plan says.
+"""``list``, ``check``, ``tolerate``, ``view`` and ``plot``: what there is, and what a plan says.
 
 What one of them alone needs is imported inside it.
 """
@@ -8,13 +8,21 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, ViewVerb
-from gm_ompl.errors import InputError, MisfitError, PlanError, ScenarioError, did_you_mean
+from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, TolerateVerb, ViewVerb
+from gm_ompl.errors import (
+    InputError,
+    MisfitError,
+    MissingExtraError,
+    PlanError,
+    ScenarioError,
+    did_you_mean,
+)
 from gm_ompl.planfile.fit import in_file
 from gm_ompl.planfile.model import Plan
 from gm_ompl.writing import write_text
@@ -24,7 +32,7 @@ if TYPE_CHECKING:
 
 KEYS = ("name", "description", "source")
 
-PICTURES = ("forces", "snapshots", "search")
+PICTURES = ("forces", "snapshots", "tolerance", "search", "film")
 
 
 @contextmanager
@@ -77,19 +85,32 @@ def check_command(request: CheckVerb) -> Exit:
     return Exit.OK if report.holds else Exit.REFUTED
 
 
+def tolerate_command(request: TolerateVerb) -> Exit:
+    """Show what the plan in the file tolerates."""
+    import gm_ompl
+
+    with opened(request.plan_file) as plan:
+        found = gm_ompl.tolerate(plan, request.overrides or ())
+    if request.as_json:
+        say_json(found.to_dict())
+    else:
+        say(found.table())
+    return Exit.OK if found.holds else Exit.REFUTED
+
+
 def view_command(request: ViewVerb) -> Exit:
     """Show the plan in the browser until interrupted, or write its page."""
     target = writable(request.html, "--html")
+    check_viewer()
     if target is not None:
         with opened(request.plan_file) as plan:
-            write_html(plan, target)
+            write_html(plan, target, tolerance=request.tolerance)
         note(f"written to {request.html}")
         return Exit.OK
-    from gm_ompl.viz.page import page
     from gm_ompl.viz.server import address, serving
 
     with opened(request.plan_file) as plan:
-        text = page(plan)
+        text = _page(plan, tolerance=request.tolerance)
     with serving(lambda: text, request.port) as server:
         try:
             say(f"{request.plan_file} is shown at {address(server)} (Ctrl-C ends)")
@@ -100,11 +121,27 @@ def view_command(request: ViewVerb) -> Exit:
     return Exit.OK
 
 
-def write_html(plan: Plan, target: Path) -> None:
-    """Write the stand-alone page of ``plan``."""
+def check_viewer() -> None:
+    """Refuse to begin what would end without its page.
+
+    Raises:
+        MissingExtraError: meshcat is not installed.
+    """
+    if find_spec("meshcat") is None:
+        raise MissingExtraError("meshcat", "view")
+
+
+def write_html(plan: Plan, target: Path, *, tolerance: bool = False) -> None:
+    """Write the stand-alone page of ``plan``, perhaps with what it tolerates."""
+    write_text(target, _page(plan, tolerance=tolerance))
+
+
+def _page(plan: Plan, *, tolerance: bool) -> str:
+    import gm_ompl
     from gm_ompl.viz.page import page
 
-    write_text(target, page(plan))
+    text: str = page(plan, gm_ompl.tolerate(plan) if tolerance else None)
+    return text
 
 
 def plot_command(request: PlotVerb) -> Exit:
@@ -115,18 +152,22 @@ def plot_command(request: PlotVerb) -> Exit:
     """
     from gm_ompl.viz.animation import animate
     from gm_ompl.viz.canvas import check_suffix, save, styled
+    from gm_ompl.viz.film import check_film, write_film
 
     show, trace = request.show, request.trace
     if show not in PICTURES:
         hint = did_you_mean(show, PICTURES)
         raise InputError(f"--show {show}: no such picture{hint}; pictures: {', '.join(PICTURES)}")
-    check_suffix(request.output)
+    (check_film if show == "film" else check_suffix)(request.output)
     target = writable(request.output)
     assert target is not None
     if trace is not None and show != "search":
         raise InputError(f"--trace {trace}: is for --show search; add that")
     with styled(), opened(request.plan_file) as plan:
-        save(_figure(animate(plan), show, trace), target)
+        if show == "film":
+            write_film(animate(plan), target)
+        else:
+            save(_figure(animate(plan), show, trace), target)
     note(f"written to {request.output}")
     return Exit.OK
 
@@ -141,6 +182,11 @@ def _figure(animation: Animation, show: str, trace: Path | None) -> Any:
         from gm_ompl.viz.snapshots import snapshots_figure
 
         return snapshots_figure(animation)
+    if show == "tolerance":
+        import gm_ompl
+        from gm_ompl.viz.tolerance import tolerance_figure
+
+        return tolerance_figure(animation, gm_ompl.tolerate(animation.plan))
     from gm_ompl.viz.figures import forces_figure
 
     return forces_figure(animation)

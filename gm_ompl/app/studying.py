@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -17,15 +18,16 @@ from rich.text import Text
 import gm_ompl
 from gm_ompl.app.commands import Exit, require_positive
 from gm_ompl.app.output import made_folder, note, say, say_json, writable
-from gm_ompl.app.verbs import BenchVerb, CompareVerb, TuneVerb
+from gm_ompl.app.study_verbs import BenchVerb, CompareVerb, TuneVerb
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.forks import RunLimits
 from gm_ompl.study.bench import SCENARIOS, bench
 from gm_ompl.study.cluster import make_executor
 from gm_ompl.study.compare import compare, make_tasks, optima
 from gm_ompl.study.ompl_log import write_benchmark
 from gm_ompl.study.report import Table, gain_lines, number, report_html, table, tables, tuning_html
 from gm_ompl.study.store import RunRecord, Store, write_parquet
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.task import Task
 from gm_ompl.study.tuning import OBJECTIVES, Design, Tuned, tune
 from gm_ompl.study.workers import Executor
 from gm_ompl.writing import write_text
@@ -50,9 +52,8 @@ def compare_command(request: CompareVerb) -> Exit:
         with Store(folder / "runs.sqlite") as store:
             records = _compare(tasks, store, executor)
             best = optima(store.all())
-    console = Console()
     for shown in tables(records, best):
-        console.print(_shown(shown))
+        show_table(shown)
     write_benchmark(records, best, folder / "ompl")
     with _spared("runs.parquet"):
         write_parquet(records, folder / "runs.parquet")
@@ -69,9 +70,9 @@ def _tasks(request: CompareVerb) -> tuple[Task, ...]:
         max_iterations=request.max_iterations,
     )
     planners = [name.strip() for name in request.planners.split(",") if name.strip()]
-    limits = Limits(request.time_limit, request.memory_limit, request.max_iterations)
+    limits = RunLimits(request.time_limit, request.memory_limit, request.max_iterations)
     scenarios = [gm_ompl.load(name) for name in request.scenarios]
-    return make_tasks(scenarios, planners, request.seeds, limits)
+    return make_tasks(scenarios, planners, request.seeds, limits, tolerance=request.tolerance)
 
 
 def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[RunRecord, ...]:
@@ -82,19 +83,30 @@ def _compare(tasks: Sequence[Task], store: Store, executor: Executor) -> tuple[R
         return compare(tasks, store, executor, lambda done, _: progress.update(bar, completed=done))
 
 
-def _shown(table: Table) -> RichTable:
-    """Return a table for the terminal; all is plain text: a name may look like rich's markup."""
+WIDEST = 10_000
+"""A line's characters where no terminal limits them: no table is as wide."""
+
+
+def show_table(table: Table) -> None:
+    """Write a table to stdout; all is plain text: a name may look like rich's markup.
+
+    On a terminal cells are folded to its width; in a pipe or a file a row is a line.
+    """
+    console = Console() if sys.stdout.isatty() else Console(width=WIDEST)
     shown = RichTable(title=Text(table.title), box=box.SIMPLE_HEAD, title_justify="left")
     for k, name in enumerate(table.head):
-        shown.add_column(Text(name), justify="left" if k < 2 else "right", no_wrap=k == 1)
+        side: JustifyMethod = "left" if k < 2 else "right"
+        shown.add_column(Text(name), justify=side, no_wrap=k == 1, overflow="fold")
     for row in table.rows:
         shown.add_row(*map(Text, row))
-    return shown
+    console.print(shown)
 
 
 def tune_command(request: TuneVerb) -> Exit:
     """Make the trials that are missing, score the winner, write it."""
     design = _design(request)
+    if str(request.output) == "-":
+        raise InputError("-o -: a folder for the trials is made beside the file; name a file")
     output = writable(request.output)
     assert output is not None
     folder = output.with_name(f"{output.stem}-study")
@@ -142,7 +154,7 @@ def _design(request: TuneVerb) -> Design:
         training=[gm_ompl.load(name) for name in names],
         held_out=[gm_ompl.load(name) for name in held],
         seeds=request.seeds,
-        limits=Limits(time_s=request.time_limit, max_iterations=request.max_iterations),
+        limits=RunLimits(time_s=request.time_limit, max_iterations=request.max_iterations),
         objective=request.objective,
         trials=request.trials,
         seed=request.seed,
@@ -164,7 +176,7 @@ def bench_command(request: BenchVerb) -> Exit:
 
 def lines(found: dict[str, Any]) -> Iterator[str]:
     """Yield what was measured for people: Markdown, each column as ``bench`` calls it."""
-    yield "Mode decisions of the whole hand, memo off; whole: in HiGHS as Sec. 3.4 reads."
+    yield "Choices of control modes (Sec. 3.4), memo off; whole: in HiGHS as the paper reads."
     yield _markdown(found["decisions"])
     yield "Plans: A*, and the plain search: its decisions, counted, times HiGHS's measured mean."
     yield _markdown([{k: v for k, v in row.items() if k != "profile"} for row in found["plans"]])

@@ -6,32 +6,48 @@ A dataclass per verb, which ``commands.command`` makes a command of.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from gm_ompl.app.commands import argument, option
-
-_as_json = partial(option, False, "Print one JSON object and nothing else.", None, "--json")
-_scenario = partial(argument, "A shipped name, or a file.", "SCENARIO")
-_scenarios = partial(argument, "Shipped names, or files.", "SCENARIO...")
-_changes = partial(
-    option, None, "Replace a value of the scenario; may be repeated.", "KEY=VALUE", "--set"
+from gm_ompl.app.completing import motions, planners
+from gm_ompl.app.shared_options import (
+    as_json_option,
+    changes_option,
+    output_option,
+    plan_file_option,
+    scenario_option,
+    speed_option,
 )
-_executor = partial(option, "local", "Where runs are made: local, or dask://HOST:PORT.", "WHERE")
-_speed = partial(option, 0.3, "The fastest vertex's speed, object sizes per s.", "V")
-_plan_file = partial(argument, "A plan, as plan -o writes it.", "PLAN.json")
+from gm_ompl.app.study_verbs import BenchVerb, CompareVerb, TuneVerb
 
 
-def _output(default: Any, text: str, metavar: str) -> Any:
-    return option(default, text, metavar, "--output", "-o")
+@dataclass(frozen=True)
+class NewVerb:
+    """Write a commented scenario to begin with: a box, or the part in a mesh file.
+
+    On a terminal it asks for what no option says; elsewhere, and with --yes, it takes what suits
+    the object's size. What comes out can be planned as it is.
+    """
+
+    mesh: str | None = argument("A mesh file: STL, OBJ, PLY, OFF or GLB.", "MESH", None)
+    size: str | None = option(None, "Of the box, without a mesh; 5,5,10 by default.", "X,Y,Z")
+    mass: float | None = option(None, "Of the object, 1 by default.", "M", min=1e-15)
+    fingers: int | None = option(None, "How many, 2 by default.", "N", min=1, max=5)
+    motion: str | None = option(
+        None, "slide (the default), tumble, planar or free.", "KIND", autocompletion=motions
+    )
+    overrides: list[str] | None = option(
+        None, "A key beside mesh: such as scale=0.001; may be repeated.", "KEY=VALUE", "--set"
+    )
+    yes: bool = option(False, "Ask nothing.", None, "--yes", "-y")
+    output: Path | None = output_option(None, "Write it there instead of to stdout.", "FILE.yaml")
 
 
 @dataclass(frozen=True)
 class ListVerb:
     """List the shipped scenarios."""
 
-    as_json: bool = _as_json()
+    as_json: bool = as_json_option()
 
 
 @dataclass(frozen=True)
@@ -42,8 +58,8 @@ class PlanVerb:
     spent without a plan, 130 interrupted.
     """
 
-    scenario: str = _scenario()
-    planner: str = option("astar", "The planner's name.")
+    scenario: str = scenario_option()
+    planner: str = option("astar", "The planner's name.", autocompletion=planners)
     time_limit: float | None = option(None, "Stop after this many seconds.", "S")
     max_iterations: int | None = option(
         None, "Stop after this many iterations (node expansions).", "N"
@@ -51,11 +67,11 @@ class PlanVerb:
     memory_limit: float | None = option(None, "Stop when the process uses this much memory.", "MB")
     seed: int = option(0, "Seed of randomised planners.", "N")
     params: Path | None = option(None, "The planner's parameters, JSON or YAML.", "FILE")
-    overrides: list[str] | None = _changes()
-    output: Path | None = _output(None, "Write the plan there.", "PLAN.json")
+    overrides: list[str] | None = changes_option()
+    output: Path | None = output_option(None, "Write the plan there; - is stdout.", "PLAN.json")
     html: Path | None = option(None, "Write a page there that shows the plan.", "VIEW.html")
     trace: Path | None = option(None, "Keep there what the search did, for pictures.", "FILE")
-    as_json: bool = _as_json()
+    as_json: bool = as_json_option()
 
 
 @dataclass(frozen=True)
@@ -65,7 +81,7 @@ class ExplainVerb:
     What is suggested has been judged again. Of many sets of placements some are drawn at random.
     """
 
-    scenario: str = _scenario()
+    scenario: str = scenario_option()
     at: str | None = option(None, "Only there: 0 to 1 along a path, or X,Y,YAW.", "S")
     placements: str | None = option(
         None, "Only these, one per finger; CELL is i.j or [i,j].", "FACE:CELL,..."
@@ -76,8 +92,33 @@ class ExplainVerb:
     memory_limit: float | None = option(
         None, "Stop when the process uses this much memory.", "MB", min=1
     )
-    overrides: list[str] | None = _changes()
-    as_json: bool = _as_json()
+    overrides: list[str] | None = changes_option()
+    as_json: bool = as_json_option()
+
+
+@dataclass(frozen=True)
+class MapVerb:
+    """Map where a finger may go: each placement's best z over all partners, or what blocks.
+
+    Of a scenario at its start, the object moving ahead on a path and at rest elsewhere, or where
+    --at says; or of a plan's step, at its segment of least z.
+    """
+
+    source: str = argument("A shipped name or a file; with --step, a plan.", "SCENARIO")
+    at: str | None = option(None, "There: 0 to 1 along a path, or X,Y,YAW.", "S")
+    direction: str | None = option(
+        None, "Moving so: 1 or -1 along a path, or DX,DY,DYAW. Default: ahead on a path.", "D"
+    )
+    rest: bool = option(False, "With the object at rest.", None, "--rest")
+    step: int | None = option(None, "At this step of the plan, counted from 0.", "K", min=0)
+    finger: int = option(0, "Whose placements are shown.", "I", min=0)
+    output: Path | None = output_option(None, "Where: .png, .svg, .pdf, .html or .json.", "FILE")
+    overrides: list[str] | None = changes_option()
+    time_limit: float | None = option(None, "Stop after this many seconds.", "S", min=0)
+    memory_limit: float | None = option(
+        None, "Stop when the process uses this much memory.", "MB", min=1
+    )
+    as_json: bool = as_json_option()
 
 
 @dataclass(frozen=True)
@@ -88,8 +129,21 @@ class CheckVerb:
     not hold.
     """
 
-    plan_file: Path = _plan_file()
-    as_json: bool = _as_json()
+    plan_file: Path = plan_file_option()
+    as_json: bool = as_json_option()
+
+
+@dataclass(frozen=True)
+class TolerateVerb:
+    """Say how far the world may be off before a plan's modes and forces no longer hold.
+
+    Per quantity an interval, the others nominal, and the largest common factor of the ranges of
+    uncertainty. Exit codes: 0 done, 2 bad input, 5 the plan does not hold even as modelled.
+    """
+
+    plan_file: Path = plan_file_option()
+    overrides: list[str] | None = changes_option()
+    as_json: bool = as_json_option()
 
 
 @dataclass(frozen=True)
@@ -99,18 +153,25 @@ class ViewVerb:
     The address it says can be reached from this machine alone; Ctrl-C ends.
     """
 
-    plan_file: Path = _plan_file()
+    plan_file: Path = plan_file_option()
     html: Path | None = option(None, "Write one stand-alone page instead of serving it.", "FILE")
+    tolerance: bool = option(False, "Find and show what the plan tolerates.", None, "--tolerance")
     port: int = option(0, "Port; 0 takes any free one.", "N", min=0, max=65535)
 
 
 @dataclass(frozen=True)
 class PlotVerb:
-    """Draw a plan: its forces, its decisive moments, or its search."""
+    """Draw a plan: its forces, its decisive moments, what it tolerates, or its search."""
 
-    plan_file: Path = _plan_file()
-    output: Path = _output(..., "Where: .png, .svg or .pdf.", "FILE")
-    show: str = option("forces", "forces (with modes, z and travel), snapshots, or search.", "WHAT")
+    plan_file: Path = plan_file_option()
+    output: Path = output_option(
+        ..., "Where: .png, .svg, .pdf, or a film's .gif; - is stdout.", "FILE"
+    )
+    show: str = option(
+        "forces",
+        "forces (with modes, z and travel), snapshots, tolerance, search or film.",
+        "WHAT",
+    )
     trace: Path | None = option(None, "What plan --trace kept, for --show search.", "FILE")
 
 
@@ -118,9 +179,9 @@ class PlotVerb:
 class ExportVerb:
     """Write timed poses, control modes and commanded forces for a controller."""
 
-    plan_file: Path = _plan_file()
-    output: Path = _output(..., "Where to write it.", "FILE.csv")
-    speed: float = _speed()
+    plan_file: Path = plan_file_option()
+    output: Path = output_option(..., "Where to write it; - is stdout.", "FILE.csv")
+    speed: float = speed_option()
     rate: float = option(100.0, "Rows per second.", "HZ")
 
 
@@ -132,7 +193,7 @@ class ExecuteVerb:
     the trials do.
     """
 
-    plan_file: Path = _plan_file()
+    plan_file: Path = plan_file_option()
     seed: int = option(0, "Seed of all trials.", "N", min=0)
     probe: int = option(5, "Pulses where and in the direction in which z is weakest.", "N", min=0)
     disturb: float | None = option(
@@ -141,7 +202,7 @@ class ExecuteVerb:
     largest: int | None = option(None, "Find the largest pulse withstood at N times.", "N", min=1)
     vary: float | None = option(None, "Execute it in worlds that are off by this, too.", "PERCENT")
     trials: int = option(20, "Pulses of --disturb, or worlds of --vary.", "N", min=1)
-    speed: float = _speed()
+    speed: float = speed_option()
     lean: bool = option(
         True,
         "Whether fingers lean on the object with the forces of a balance, or hold positions "
@@ -151,65 +212,7 @@ class ExecuteVerb:
     plot: Path | None = option(
         None, "Draw measured and planned forces: .png, .svg or .pdf.", "FILE"
     )
-    as_json: bool = _as_json()
-
-
-@dataclass(frozen=True)
-class CompareVerb:
-    """Compare planners on scenarios; a second call goes on where the first was stopped.
-
-    Every run has a process of its own. Writes runs.sqlite, runs.parquet, report.html, and OMPL's
-    benchmark logs and database. Exit codes: 0 done, 2 bad input, 130 interrupted.
-    """
-
-    scenarios: list[str] = _scenarios()
-    planners: str = option(..., "Planners; the others are set against the first.", "A,B,...")
-    seeds: int = option(20, "Runs per scenario and randomised planner.", "N", min=1)
-    time_limit: float = option(5.0, "Of each run, in seconds.", "S")
-    memory_limit: float | None = option(None, "Of each run's process.", "MB")
-    max_iterations: int | None = option(None, "Of each run.", "M")
-    executor: str = _executor()
-    output: Path = _output(Path("comparison"), "Folder of runs and reports.", "DIR")
-
-
-@dataclass(frozen=True)
-class TuneVerb:
-    """Tune a planner's parameters; a second call goes on where the first was stopped.
-
-    The winner is scored against the defaults on scenarios held out. Beside PARAMS a folder named
-    after it keeps runs, trials and report.html. Exit codes: 0 done, 2 bad input, 130 interrupted.
-    """
-
-    scenarios: list[str] = _scenarios()
-    planner: str = option(..., "The planner to tune.", "NAME")
-    trials: int = option(..., "Trials in all.", "N", min=1)
-    hold_out: list[str] | None = option(
-        None, "Score the winner on this; repeat. Default: every third.", "SCENARIO"
-    )
-    objective: str = option(
-        "decisions",
-        "Make small: decisions (mode decisions to the first plan), time (to it), cost, or "
-        "both (decisions and cost).",
-        "WHAT",
-    )
-    seeds: int = option(3, "Runs per scenario and trial.", "N", min=1)
-    max_iterations: int | None = option(2000, "Of each run.", "M")
-    time_limit: float | None = option(None, "Of each run, in seconds.", "S")
-    seed: int = option(0, "Of the search.", "N", min=0)
-    executor: str = _executor()
-    output: Path = _output(Path("tuned.json"), "File for plan --params.", "PARAMS")
-
-
-@dataclass(frozen=True)
-class BenchVerb:
-    """Measure the project's own speed, as ratios in one run (about two minutes)."""
-
-    scenario: list[str] | None = option(None, "Measure this one; may be repeated.", "SCENARIO")
-    repeat: int = option(5, "Repetitions of what is short.", "N")
-    highs: int = option(20, "Decisions per search that HiGHS makes, too.", "N")
-    search_limit: float = option(10.0, "Wall time of each search measured.", "S")
-    overrides: list[str] | None = _changes()
-    as_json: bool = _as_json()
+    as_json: bool = as_json_option()
 
 
 @dataclass(frozen=True)
@@ -222,27 +225,54 @@ class InspectVerb:
     """
 
     mesh: str = argument("A mesh file, or a scenario.", "MESH")
-    overrides: list[str] | None = _changes()
+    overrides: list[str] | None = changes_option()
     html: Path | None = option(None, "Write a stand-alone page that shows it.", "FILE")
     time_limit: float | None = option(None, "Stop after this many seconds.", "S", min=0)
     memory_limit: float | None = option(
         None, "Stop when the process uses this much memory.", "MB", min=1
     )
-    as_json: bool = _as_json()
+    as_json: bool = as_json_option()
+
+
+@dataclass(frozen=True)
+class ExploreVerb:
+    """Turn a scenario's knobs in the browser and see the plan change.
+
+    The address it says holds a token and can be reached from this machine alone; Ctrl-C ends.
+    """
+
+    scenario: str = scenario_option()
+    port: int = option(0, "Port; 0 takes any free one.", "N", min=0, max=65535)
+    time_limit: float = option(10.0, "Of each search.", "S")
+    memory_limit: float | None = option(None, "Of each search's process.", "MB")
+    overrides: list[str] | None = changes_option()
 
 
 VERBS = {
+    "new": (NewVerb, ".new:new_command"),
     "list": (ListVerb, ".showing:list_command"),
     "plan": (PlanVerb, ".planning:plan_command"),
     "explain": (ExplainVerb, ".explaining:explain_command"),
+    "map": (MapVerb, ".mapping:map_command"),
     "check": (CheckVerb, ".showing:check_command"),
+    "tolerate": (TolerateVerb, ".showing:tolerate_command"),
     "view": (ViewVerb, ".showing:view_command"),
     "plot": (PlotVerb, ".showing:plot_command"),
     "export": (ExportVerb, ".executing:export_command"),
     "inspect": (InspectVerb, ".inspecting:inspect_command"),
+    "explore": (ExploreVerb, ".exploring:explore_command"),
     "execute": (ExecuteVerb, ".executing:execute_command"),
     "compare": (CompareVerb, ".studying:compare_command"),
     "tune": (TuneVerb, ".studying:tune_command"),
     "bench": (BenchVerb, ".studying:bench_command"),
 }
 """In the order of ``--help``: what a verb takes, and who carries it out."""
+
+GROUPS = {
+    "Begin": ("new", "list", "inspect"),
+    "Plan": ("plan", "explain", "check", "tolerate"),
+    "Look": ("map", "view", "plot", "explore"),
+    "Carry out": ("export", "execute"),
+    "Study": ("compare", "tune", "bench"),
+}
+"""The headings of ``--help``, and the verbs under each."""

@@ -198,7 +198,7 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
 
 def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
     """Judge a plan by a problem, which ``check`` makes from the scenario inside the plan."""
-    kinematics, whole = _kinematics(recheck), Findings(None)
+    kinematics, whole = _kinematics(recheck, plan), Findings(None)
     check_totals(recheck, kinematics, plan, whole)
     reports: list[StepReport] = []
     violations = list(whole.violations)
@@ -229,9 +229,11 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
 
 
-def _kinematics(recheck: Recheck) -> Kinematics:
+def _kinematics(recheck: Recheck, plan: Plan) -> Kinematics:
     motion = recheck.problem.motion
-    return FreeArcs(recheck, motion) if isinstance(motion, FreeMotion) else ByCoordinates(recheck)
+    if isinstance(motion, FreeMotion):
+        return FreeArcs(recheck, motion, plan.optimal)
+    return ByCoordinates(recheck)
 
 
 def _stated(plan: Plan) -> int | None:

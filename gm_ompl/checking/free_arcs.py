@@ -1,6 +1,8 @@
-"""Judges the object's motion where it moves freely: every arc must be one of its contact lattice.
+"""Judges the object's motion where it moves freely.
 
-What arcs leave a pose is asked of the reference, which knows the contacts and how the object came.
+Every arc is a screw along the axes that the scenario allows. Those of a plan that is said to be
+optimal on the contact lattice must be the lattice's, besides: what arcs leave a pose is asked of
+the reference, which knows the contacts and how the object came.
 """
 
 from __future__ import annotations
@@ -16,16 +18,16 @@ from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc
-from gm_ompl.motion.free import FreeMotion, angle_between
+from gm_ompl.motion.free import AXES, FreeMotion, angle_between
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.screw import Piece, Screw, Slide
 from gm_ompl.planfile.arcs import arc_of, arc_record, pose_of, steps_of
 from gm_ompl.planfile.model import DisplacementStep, RegraspStep
 from gm_ompl.planfile.record import RotationArc, StraightArc
 from gm_ompl.planfile.words import arc_in_words
-from gm_ompl.reference.contact_arcs import ContactArcs, Offer
-from gm_ompl.reference.contact_lattice import ContactLattice
-from gm_ompl.reference.contact_lines import SAME, Line
+from gm_ompl.reference.contact_arcs import ContactArcs, PlainOffer, PlainStand
+from gm_ompl.reference.contact_lattice import PlainContactLattice
+from gm_ompl.reference.contact_lines import SAME, PlainLine, parallel
 
 MATCH = 1e-7
 """How far the length of a slide, relative to D, may be off the lattice's."""
@@ -44,15 +46,17 @@ class FreeArcs(Kinematics):
     Args:
         recheck: answers what holds.
         motion: the problem's.
+        on_lattice: whether every arc must be one of the contact lattice.
     """
 
-    def __init__(self, recheck: Recheck, motion: FreeMotion) -> None:
+    def __init__(self, recheck: Recheck, motion: FreeMotion, on_lattice: bool) -> None:
         problem = recheck.problem
         self._recheck, self._problem, self._motion = recheck, problem, motion
+        self._on_lattice = on_lattice
         self._D, self._samples = problem.body.diagonal, problem.cost.samples_per_arc
         self._arcs = ContactArcs(problem.body, problem.environment, motion, self._samples)
         self._here = motion.start
-        self._came_about: Line | None = None
+        self._came_about: PlainLine | None = None
         self._reached: list[tuple[Pose, int]] = [(motion.start, 0)]
 
     def continuity(
@@ -100,11 +104,12 @@ class FreeArcs(Kinematics):
             return None
         piece, line = arc.piece, None
         if isinstance(step.arc, RotationArc):
-            line = Line(np.array(step.arc.rotation.point), np.array(step.arc.rotation.axis))
+            line = PlainLine(np.array(step.arc.rotation.point), np.array(step.arc.rotation.axis))
             self._check_axis(step.arc, found)
         check_pose(self._recheck, "pose_to", step.pose_to, arc.end, found, "where the arc ends")
         divided = self._check_arc(step, start, piece, found)
-        self._check_depth(start, found)
+        if self._on_lattice:
+            self._check_depth(start, found)
         self._go(arc.end, line)
         return arc if divided else None
 
@@ -132,7 +137,7 @@ class FreeArcs(Kinematics):
         """How many arcs were judged."""
         return len(self._reached) - 1
 
-    def _go(self, end: Pose, line: Line | None) -> None:
+    def _go(self, end: Pose, line: PlainLine | None) -> None:
         known = (arcs for pose, arcs in self._reached if self._equal(pose, end))
         arcs = min([self._fewest(self._here) + 1, *known])
         self._here, self._came_about = end, line
@@ -169,6 +174,9 @@ class FreeArcs(Kinematics):
             f"to {listed(region[1])}",
         )
         stand = self._arcs.stand(start)
+        if not self._on_lattice:
+            self._check_axes(step, stand, piece, found)
+            return self._check_number(step, piece, found)
         under_way = self._arcs.under_way(stand, self._came_about)
         offers = list(self._arcs.offers(stand, under_way))
         if not found.check(
@@ -177,10 +185,34 @@ class FreeArcs(Kinematics):
             self._mismatch(step, piece, offers, stand.begins),
         ):
             return True
+        return self._check_number(step, piece, found)
+
+    def _check_axes(
+        self, step: DisplacementStep, stand: PlainStand, piece: Piece, found: Findings
+    ) -> None:
+        """Judge whether the scenario lets the object move in this direction at all."""
+        steps = self._motion.steps
+        if isinstance(piece, Slide):
+            length = float(np.linalg.norm(piece.by))
+            direction = piece.by / (length or 1.0)
+            barred = [k for k in range(3) if k not in steps.translate]
+            allowed = float(np.abs(direction[barred]).max(initial=0.0)) <= SAME
+            allowed = allowed or self._arcs.slides_along(stand, direction)
+            names = ", ".join(AXES[k] for k in steps.translate)
+            message = f"motion.free.translate allows {names}, and slides along contact lines"
+        else:
+            length, message = piece.angle, "motion.free.rotate allows no turn of this direction"
+            allowed = steps.rotate is None or any(parallel(piece.axis, a) for a in steps.rotate)
+        if length == 0.0:
+            allowed, message = False, "the object does not move"
+        found.check("arc", allowed, f"{arc_in_words(step.arc)}: {message}")
+
+    def _check_number(self, step: DisplacementStep, piece: Piece, found: Findings) -> bool:
+        """Judge the number of segments; return whether they can be judged."""
         steps, tolerances = steps_of(piece, self._motion), self._recheck.tolerances
         # An arc that little over a whole number of segments may be counted either way.
         margins = (tolerances.count, tolerances.rounding)
-        wanted = [max(1, math.ceil(self._samples * steps - margin)) for margin in margins]
+        wanted = [self._parts(steps, margin) for margin in margins]
         return found.check(
             "segments",
             len(step.segments) in wanted,
@@ -188,7 +220,14 @@ class FreeArcs(Kinematics):
             f"{wanted[0]} ({self._samples} per step)",
         )
 
-    def _same(self, piece: Piece, offer: Offer, *, any_length: bool = False) -> bool:
+    def _parts(self, steps: float, margin: float) -> int:
+        """Return how many segments an arc over so many steps has: all of each step begun."""
+        segments = self._samples * steps
+        if segments <= self._samples:
+            return max(1, math.ceil(segments - margin))
+        return self._samples * max(1, math.ceil(steps - margin))
+
+    def _same(self, piece: Piece, offer: PlainOffer, *, any_length: bool = False) -> bool:
         """Whether a motion is the one on offer, or one that only goes on longer or less far."""
         other = offer.arc.piece
         if isinstance(piece, Slide) or isinstance(other, Slide):
@@ -198,14 +237,14 @@ class FreeArcs(Kinematics):
                 way, wanted = np.linalg.norm(piece.by), np.linalg.norm(other.by)
                 return float(np.linalg.norm(piece.by / (way or 1.0) - other.by / wanted)) <= SAME
             return float(np.linalg.norm(piece.by - other.by)) <= MATCH * self._D
-        line = Line(piece.pivot, piece.axis)
-        if not line.equals(Line(other.pivot, other.axis), self._D):
+        line = PlainLine(piece.pivot, piece.axis)
+        if not line.equals(PlainLine(other.pivot, other.axis), self._D):
             return False
         angle = math.copysign(piece.angle, piece.angle * float(piece.axis @ other.axis))
         return angle * other.angle > 0.0 if any_length else abs(angle - other.angle) <= MATCH_TURN
 
     def _mismatch(
-        self, step: DisplacementStep, piece: Piece, offers: list[Offer], begins: bool
+        self, step: DisplacementStep, piece: Piece, offers: list[PlainOffer], begins: bool
     ) -> str:
         """Return what is claimed, and what the lattice has instead."""
         instead = [o for o in offers if self._same(piece, o, any_length=True)]
@@ -225,7 +264,7 @@ class FreeArcs(Kinematics):
             return
         deep = self._fewest(start) >= depth
         if deep:  # there may be a shorter way than the plan's
-            lattice = ContactLattice(self._problem, self._motion)
+            lattice = PlainContactLattice(self._problem, self._motion)
             shortest = lattice.arcs_to(start, SEARCHED)
             deep = shortest is None or shortest >= depth
         found.check(

@@ -133,8 +133,8 @@ def _check_modes(recheck: Recheck, hold: Hold, found: Findings) -> bool:
     return found.check(
         "modes",
         not recheck.internal_force(hold),
-        f"modes [{claimed}] are claimed; Problem (5) fails for them: excessive internal force "
-        "could be generated",
+        f"modes [{claimed}] are claimed; with them fingers can squeeze without bound: excessive "
+        "internal force (5)",
         hold.segment,
     )
 
@@ -176,8 +176,8 @@ def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
     found.check(
         "best modes",
         z >= best - slack(best),
-        f"with these modes and this f_com z is {z:.9g}; Sec. 3.4's best is {best:.9g} "
-        f"({best - z:.3g} more, allowed {slack(best):.3g})",
+        f"with these modes and this f_com z is {z:.9g}; the best of all modes and commands is "
+        f"{best:.9g} ({best - z:.3g} more, allowed {slack(best):.3g})",
         hold.segment,
     )
     least = min(z, hold.z)

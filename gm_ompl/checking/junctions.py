@@ -10,7 +10,7 @@ from typing import NamedTuple
 from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.contact.decision import ControlMode
-from gm_ompl.contact.junction import Control, Forces, Passage, controls, junction, passage
+from gm_ompl.contact.junction import Control, Forces, JunctionVerdict, controls, junction, passage
 from gm_ompl.contact.state import ContactState
 from gm_ompl.errors import SolverError
 from gm_ompl.geometry.pose import Pose
@@ -22,7 +22,7 @@ NEEDED = {"coordinates", "placements", "segments", "lifted finger", "f_com", "co
 """Topics without which a step has no junctions to judge."""
 
 
-class Stage(NamedTuple):
+class ClaimedStage(NamedTuple):
     """A segment, or a rest, as the plan claims it.
 
     Attributes:
@@ -50,8 +50,10 @@ class Junctions:
 
     def __init__(self, recheck: Recheck, stated: int | None) -> None:
         self._recheck, self._stated = recheck, stated
-        self._last: Stage | None = None
-        self._places: dict[Passage, list[str]] = {passage: [] for passage in Passage}
+        self._last: ClaimedStage | None = None
+        self._places: dict[JunctionVerdict, list[str]] = {
+            passage: [] for passage in JunctionVerdict
+        }
 
     def displacement(self, step: DisplacementStep, arc: Arc | None, found: Findings) -> None:
         """Judge the junctions on the way into and within a displacement along its arc."""
@@ -59,7 +61,7 @@ class Junctions:
         if arc is not None and not _doubtful(found):
             moments = [arc.moment(t) for t in arc.bounds(len(step.segments))]
             stages = [
-                Stage(_hand(segment), self._rows(step), moments[j], moments[j + 1], j)
+                ClaimedStage(_hand(segment), self._rows(step), moments[j], moments[j + 1], j)
                 for j, segment in enumerate(step.segments)
             ]
         self._follow(stages, found)
@@ -69,10 +71,10 @@ class Junctions:
         stages = []
         if pose is not None and not _doubtful(found):
             rest = Moment(pose)
-            stages = [Stage(_hand(step), self._rows(step), rest, rest, None)]
+            stages = [ClaimedStage(_hand(step), self._rows(step), rest, rest, None)]
         self._follow(stages, found)
 
-    def _follow(self, stages: list[Stage], found: Findings) -> None:
+    def _follow(self, stages: list[ClaimedStage], found: Findings) -> None:
         """Judge the junctions between stages, the last of the step before included."""
         before = [] if self._last is None or not stages else [self._last]
         for one, other in pairwise([*before, *stages]):
@@ -88,13 +90,13 @@ class Junctions:
 
     def notes(self) -> Iterator[str]:
         """Yield what a reader should know of junctions that do not simply hold."""
-        for verdict in (Passage.RESTS, Passage.FAILS):
+        for verdict in (JunctionVerdict.RESTS, JunctionVerdict.FAILS):
             if self._places[verdict]:
                 places = self._places[verdict]
                 yield f"junctions: {len(places)} where {verdict.value}: {'; '.join(places)}"
 
-    def _judge(self, before: Stage, after: Stage, found: Findings) -> None:
-        verdict, doubt = Passage.FAILS, ""
+    def _judge(self, before: ClaimedStage, after: ClaimedStage, found: Findings) -> None:
+        verdict, doubt = JunctionVerdict.FAILS, ""
         try:
             verdict = self._passage(before, after)
         except SolverError as error:
@@ -102,19 +104,19 @@ class Junctions:
         place = f"step {found.step}" + (
             "" if after.segment is None else f", segment {after.segment}"
         )
-        known = len(self._places[Passage.FAILS])
+        known = len(self._places[JunctionVerdict.FAILS])
         allowed = self._stated is None or known < self._stated
-        if verdict is not Passage.FAILS or allowed:
+        if verdict is not JunctionVerdict.FAILS or allowed:
             self._places[verdict].append(f"before {place}")
         found.check(
             "junctions",
-            verdict is not Passage.FAILS or allowed,
+            verdict is not JunctionVerdict.FAILS or allowed,
             f"before it {verdict.value}{doubt}; the plan states {self._stated or 'no'} failing "
             "junctions",
             after.segment,
         )
 
-    def _passage(self, before: Stage, after: Stage) -> Passage:
+    def _passage(self, before: ClaimedStage, after: ClaimedStage) -> JunctionVerdict:
         ramp, recheck = junction(before.hand, after.hand), self._recheck
         rows = tuple(
             (before if after.hand[i].mode is None else after).rows[i] for i in ramp.fingers

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gm_ompl.arrays import BoolArray
-from gm_ompl.checking.remembered import Margins, Remembered, bound
+from gm_ompl.checking.remembered import Mechanics, Remembered, bound, mechanics
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState, Instant
@@ -19,10 +19,11 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.reference.air_judge import AirJudge
+from gm_ompl.reference.bases import Margins
+from gm_ompl.reference.cases import Case, margins_in, stability_in
 from gm_ompl.reference.junction import equilibrium
 from gm_ompl.reference.modes import combinations, decide_modes, margin
-from gm_ompl.reference.stability import NEGLIGIBLE, stability
-from gm_ompl.reference.statics import Statics, statics
+from gm_ompl.reference.stability import NEGLIGIBLE
 from gm_ompl.reference.swept import SweptJudge
 
 
@@ -120,8 +121,10 @@ class Recheck:
         self._known: dict[Hashable, Any] = {}
         self._guess: dict[object, Forces] = {}
         self._remembered = Remembered()
-        self._last_model: tuple[object, Statics] | None = None
-        self._last_margins: tuple[Statics, Modes, Forces, Margins | None] | None = None
+        self._last_model: tuple[object, Mechanics] | None = None
+        self._last_margins: (
+            tuple[tuple[Case, ...], Modes, Forces, tuple[Margins, ...] | None] | None
+        ) = None
 
     @cached_property
     def diagonal(self) -> float:
@@ -176,13 +179,14 @@ class Recheck:
         return self._once("best", hold, (), lambda: decide_modes(self._instant(hold)))
 
     def margin(self, hold: Hold) -> float:
-        """Return z of Problem (6) with the modes and the f_com of ``hold``."""
+        """Return z of Problem (6) with the modes and the f_com of ``hold``, in the worst case."""
 
         def solved() -> float:
-            model = self._model(hold)
-            found = self._margins(model, hold, hold.modes, hold.f_com)
-            if found is not None and NEGLIGIBLE < found.z < np.inf:
-                return found.z * model.scale
+            among = self._mechanics(hold).cases
+            found = self._margins(among, hold, hold.modes, hold.f_com)
+            least = min((each.z for each in found or ()), default=0.0)
+            if NEGLIGIBLE < least < np.inf:
+                return least * among[0].model.scale
             allowed = self.tolerances.balance
             return margin(self._instant(hold), hold.modes, hold.f_com, allowed)
 
@@ -202,7 +206,7 @@ class Recheck:
         """Whether forces balance the load with the modes and the f_com of ``hold``."""
 
         def found() -> bool:
-            return equilibrium(self._model(hold), hold.modes, hold.f_com)
+            return equilibrium(self._instant(hold), hold.modes, hold.f_com)
 
         return self._once("balanced", hold, (hold.modes, hold.f_com), found)
 
@@ -212,7 +216,7 @@ class Recheck:
 
         def found() -> bool:
             key = (hold.hand, position)
-            return self._remembered.excessive(key, self._model(hold), position)
+            return self._remembered.excessive(key, self._mechanics(hold).squeezed, position)
 
         return self._once("internal force", hold, position, found)
 
@@ -225,49 +229,54 @@ class Recheck:
         return known
 
     def _proven(self, hold: Hold, z: float) -> bool:
-        model, passed, failed = self._model(hold), list[frozenset[int]](), list[frozenset[int]]()
-        least = z / model.scale
+        (among, squeezing), passed = self._mechanics(hold), list[frozenset[int]]()
+        failed = list[frozenset[int]]()
+        scale = among[0].model.scale
+        least = z / scale
         for modes in combinations(len(hold.modes)):
             position = _position(modes)
             if any(position <= more for more in passed) or any(position >= f for f in failed):
                 continue
-            if self._remembered.excessive((hold.hand, position), model, position):
+            if self._remembered.excessive((hold.hand, position), squeezing, position):
                 failed.append(position)
                 continue
             passed.append(position)
             tried = hold.f_com if modes == hold.modes else self._guess.get((hold.hand, modes))
-            found = None if tried is None else self._margins(model, hold, modes, tried)
-            if found is not None and bound(model, _force(modes), found) <= least:
+            found = None if tried is None else self._margins(among, hold, modes, tried)
+            if found is not None and bound(among, _force(modes), found) <= least:
                 continue
-            best = stability(model, modes)
+            best = stability_in(among, modes)
             if not best.z <= least:
                 return False
             if len(best.f_com):
-                self._guess[hold.hand, modes] = tuple((best.f_com * model.scale).tolist())
+                self._guess[hold.hand, modes] = tuple((best.f_com * scale).tolist())
         return True
 
     def _instant(self, hold: Hold) -> Instant:
         return self.problem.instant(hold.contacts, *hold.hand)
 
-    def _model(self, hold: Hold) -> Statics:
+    def _mechanics(self, hold: Hold) -> Mechanics:
         """Return Sec. 2.2's matrices; the last are kept: one instant is asked about thrice."""
         key = (self._key(hold.contacts), hold.hand)
         if self._last_model is None or self._last_model[0] != key:
-            self._last_model = (key, statics(self._instant(hold)))
+            self._last_model = (key, mechanics(self._instant(hold)))
         return self._last_model[1]
 
-    def _margins(self, model: Statics, hold: Hold, modes: Modes, f_com: Forces) -> Margins | None:
-        """Return Problem (6) for a claimed f_com; the last answer is kept, likewise."""
+    def _margins(
+        self, among: tuple[Case, ...], hold: Hold, modes: Modes, f_com: Forces
+    ) -> tuple[Margins, ...] | None:
+        """Return Problem (6) per case for a claimed f_com; the last answer is kept, likewise."""
         last = self._last_margins
-        if last is None or last[0] is not model or last[1:3] != (modes, f_com):
-            commanded = np.array([f or 0.0 for f in f_com], dtype=np.float64) / model.scale
-            found = self._remembered.margins((hold.hand, modes), model, _force(modes), commanded)
-            self._last_margins = last = (model, modes, f_com, found)
+        if last is None or last[0] is not among or last[1:3] != (modes, f_com):
+            commanded = np.array([f or 0.0 for f in f_com], dtype=np.float64) / among[0].model.scale
+            key, bases = (hold.hand, modes), self._remembered.bases
+            found = margins_in(among, _force(modes), commanded, bases, key)
+            self._last_margins = last = (among, modes, f_com, found)
         return last[3]
 
     def _key(self, contacts: ContactState) -> tuple[bytes, ...]:
         points = contacts.points / self.diagonal
-        arrays = (points, contacts.normals, contacts.slip, contacts.rotation)
+        arrays = (points, contacts.normals, contacts.slip, contacts.rotation, contacts.surfaces)
         # Adding zero turns -0.0 into 0.0, whose bytes differ.
         return tuple((np.round(array / SAME_STATE) + 0.0).tobytes() for array in arrays)
 

@@ -78,7 +78,9 @@ def _check_cost(
     cost = float((weights @ arc.chords(problem.fingers.centres(rows), len(z))).max(initial=0.0))
     found.cost = cost
     allowed = recheck.tolerances.cost * max(cost, 0.0)
-    found.claim("cost", "cost", (step.cost, cost), allowed, where="by Eq. (9)")
+    found.claim(
+        "cost", "cost", (step.cost, cost), allowed, where="as travel weighed by the margin (9)"
+    )
 
 
 def check_regrasp(recheck: Recheck, step: RegraspStep, pose: Pose | None, found: Findings) -> None:
@@ -95,7 +97,7 @@ def check_regrasp(recheck: Recheck, step: RegraspStep, pose: Pose | None, found:
     _check_rest(recheck, step, rows, pose, found)
     found.cost = recheck.problem.cost.regrasp
     allowed = recheck.tolerances.cost * found.cost
-    found.claim("cost", "cost", (step.cost, found.cost), allowed, where="by Eq. (10)")
+    found.claim("cost", "cost", (step.cost, found.cost), allowed, where="as a regrasp (10)")
 
 
 def _check_finger(recheck: Recheck, step: RegraspStep, found: Findings) -> bool:

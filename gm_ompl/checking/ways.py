@@ -65,7 +65,11 @@ def _check_ends(
 def _check_stretches(
     recheck: Recheck, step: RegraspStep, way: tuple[Placements, Array], pose: Pose, found: Findings
 ) -> None:
-    """Sweep every stretch; the first and the last not against the piece touched there."""
+    """Sweep every stretch; the first and the last not against the piece touched there.
+
+    Of that it is enough that they do not go through the face that is touched: a convex piece lies
+    behind it.
+    """
     problem, finger, (rows, corners) = recheck.problem, step.finger, way
     table, target = problem.fingers.placements, len(corners) - 2
     staying = [(i, row) for i, row in enumerate(rows) if i != finger]
@@ -75,8 +79,11 @@ def _check_stretches(
     touched = {0: int(table.piece[rows[finger]]), target: int(table.piece[to])}
     for k in range(len(corners) - 1):
         (what,) = air.blocked(corners[k : k + 1], corners[k + 1 : k + 2], touched.get(k))
-        if what and len(corners) == 2:
-            (what,) = air.blocked(corners[:1], corners[1:])
+        along = corners[k + 1] - corners[k]
+        sinks = [along @ table.normals[rows[finger]]] if k == 0 else []
+        sinks += [-along @ table.normals[to]] if k == target else []
+        if max(sinks, default=0.0) > recheck.tolerances.way * recheck.diagonal:
+            what = "the object"
         found.check(
             "way",
             not what,

@@ -17,10 +17,12 @@ class ControlMode(enum.Enum):
 class Outcome(enum.Enum):
     """How a mode decision ended; the value is a sentence for the user."""
 
-    STABLE = "some modes pass Problem (5) and reach equilibrium"
-    INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
+    STABLE = "some modes build up no excessive internal force (5) and balance the object (3)"
+    INTERNAL_FORCE = "every choice of modes lets fingers squeeze without bound: internal force (5)"
     BELOW = "z is smaller than the threshold asked about, for every choice of modes"
-    NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
+    NO_EQUILIBRIUM = (
+        "no choice of modes free of excessive internal force (5) balances the object (3)"
+    )
     UNDECIDED = "no answer could be proven, neither by the kernel nor by the reference"
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gm_ompl.arrays import Array, fix
+from gm_ompl.arrays import Array, IntArray, fix, surfaces_of
 from gm_ompl.contact.patch import SAME_NORMAL, Patch, contact_patch, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
@@ -44,6 +44,7 @@ class Environment:
         patch_points: how finely a contact patch is filled with points while the object turns.
         contact_tolerance: a gap or overlap with the object of at most this, relative to D, is a
             contact.
+        by_surface: whether contacts tell which surface they are on; it costs a little.
     """
 
     floor: bool
@@ -51,6 +52,7 @@ class Environment:
     friction: float
     patch_points: int = 0
     contact_tolerance: float = TOUCHING
+    by_surface: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +63,19 @@ class EnvironmentContacts:
         points: (m, 3).
         normals: (m, 3), unit, pointing into the object.
         corners: how many of them, the first, are vertices of patches; the rest lie inside.
+        surfaces: (m,), see ``ContactState``; empty where nobody asks.
     """
 
     points: Array
     normals: Array
     corners: int | None = None
+    surfaces: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
         fix(self, points=(None, 3))
-        fix(self, normals=(len(self.points), 3))
+        m = len(self.points)
+        fix(self, normals=(m, 3))
+        object.__setattr__(self, "surfaces", surfaces_of(self.surfaces, m))
 
 
 def environment_contacts(body: Body, environment: Environment, pose: Pose) -> EnvironmentContacts:
@@ -87,16 +93,38 @@ def environment_contacts(body: Body, environment: Environment, pose: Pose) -> En
         pose: where the object is.
     """
     tolerance = environment.contact_tolerance * body.diagonal
-    patches = list(_patches(body, environment, pose, tolerance))
+    owned = list(_patches(body, environment, pose, tolerance))
+    patches = [patch for _, patch in owned]
     if not patches:
         return EnvironmentContacts(np.zeros((0, 3)), np.zeros((0, 3)))
-    points, normals = _distinct(*_listed([patch.points for patch in patches], patches), tolerance)
+    corners = [patch.points for patch in patches]
+    points, normals = _distinct(*_listed(corners, patches), tolerance)
+    count = None
     if environment.patch_points:
         inner = [points_inside(patch, environment.patch_points) for patch in patches]
         inside, upright = _listed(inner, patches)
         every, all_normals = np.concatenate([points, inside]), np.concatenate([normals, upright])
-        return EnvironmentContacts(*_distinct(every, all_normals, tolerance), len(points))
-    return EnvironmentContacts(points, normals)
+        count, corners = len(points), corners + inner
+        points, normals = _distinct(every, all_normals, tolerance)
+    found = EnvironmentContacts(points, normals, count)
+    if not environment.by_surface:
+        return found
+    owners = [k for k, _ in owned] * (len(corners) // len(patches))
+    return replace(found, surfaces=_owners(found, corners, patches, owners))
+
+
+def _owners(
+    found: EnvironmentContacts, points: list[Array], patches: list[Patch], owners: list[int]
+) -> IntArray:
+    """Return which surface each contact is on; the first of several at one place."""
+    normals = [patch.normal for patch in patches] * (len(points) // len(patches))
+    every = np.concatenate(points)
+    upright = np.repeat(np.array(normals), [len(own) for own in points], axis=0)
+    surface = np.repeat(np.array(owners), [len(own) for own in points])
+    off = np.abs(found.points[:, None] - every).max(axis=2)
+    off += np.abs(found.normals[:, None] - upright).max(axis=2)
+    nearest: IntArray = surface[off.argmin(axis=1)]
+    return nearest
 
 
 def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
@@ -105,15 +133,19 @@ def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
     return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
 
 
-def _patches(body: Body, environment: Environment, pose: Pose, tolerance: float) -> Iterator[Patch]:
+def _patches(
+    body: Body, environment: Environment, pose: Pose, tolerance: float
+) -> Iterator[tuple[int, Patch]]:
+    """Yield the patches with the number of what they are on: 0 the floor, i + 1 obstacle i."""
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
     if environment.floor:
         feet = [_floor_patch(piece, tolerance) for piece in pieces]
-        yield from joined([patch for patch in feet if patch is not None], tolerance)
+        for foot in joined([foot for foot in feet if foot is not None], tolerance):
+            yield 0, foot
     reaches = []
     if environment.obstacles:
         reaches = [[side.tolist() for side in piece.bounds] for piece in pieces]
-    for obstacle in environment.obstacles:
+    for number, obstacle in enumerate(environment.obstacles, 1):
         found = []
         for other in obstacle.body.pieces:
             for piece, (low, high) in zip(pieces, reaches, strict=True):
@@ -125,7 +157,8 @@ def _patches(body: Body, environment: Environment, pose: Pose, tolerance: float)
                 patch = contact_patch(piece, PlacedPiece(other), tolerance)
                 if patch is not None:
                     found.append(patch)
-        yield from joined(found, tolerance)
+        for patch in joined(found, tolerance):
+            yield number, patch
 
 
 def _floor_patch(piece: PlacedPiece, tolerance: float) -> Patch | None:
@@ -171,7 +204,7 @@ def contact_state(
         twist: its velocity; None at rest, where every contact is static.
         body: the object, object frame.
     """
-    world, upright = _needed(contacts, twist)
+    world, upright, surfaces = _needed(contacts, twist)
     if twist is None:
         slip = np.zeros(world.shape)
     else:
@@ -181,13 +214,15 @@ def contact_state(
         leaving = np.einsum("ij,ij->i", velocity, upright)
         stays = leaving <= slow
         if not stays.all():
-            world, upright = world[stays], upright[stays]
+            world, upright, surfaces = world[stays], upright[stays], surfaces[stays]
             velocity, leaving = velocity[stays], leaving[stays]
         tangential = velocity - leaving[:, None] * upright
         speed = np.sqrt(np.einsum("ij,ij->i", tangential, tangential))
         speed[speed <= slow] = np.inf  # at rest: no direction
         slip = (tangential / speed[:, None]) @ pose.rotation
-    return ContactState(pose.to_object(world), upright @ pose.rotation, slip, pose.rotation)
+    return ContactState(
+        pose.to_object(world), upright @ pose.rotation, slip, pose.rotation, surfaces
+    )
 
 
 def contacts_at(moment: Moment, body: Body, environment: Environment) -> ContactState:
@@ -196,13 +231,13 @@ def contacts_at(moment: Moment, body: Body, environment: Environment) -> Contact
     return contact_state(touching, moment.pose, moment.twist, body)
 
 
-def _needed(contacts: EnvironmentContacts, twist: Twist | None) -> tuple[Array, Array]:
-    """Return points and normals (m, 3) of the contacts that the motion asks for."""
+def _needed(contacts: EnvironmentContacts, twist: Twist | None) -> tuple[Array, Array, IntArray]:
+    """Return points and normals (m, 3) and surfaces (m,) of the contacts the motion asks for."""
     points, normals, corners = contacts.points, contacts.normals, contacts.corners
     if corners is None:
-        return points, normals
+        return points, normals, contacts.surfaces
     turns = np.zeros(len(points), dtype=bool)
     if twist is not None:
         turns = np.abs(normals @ twist.angular) > AT_REST * np.linalg.norm(twist.angular)
     turns[:corners] = True
-    return points[turns], normals[turns]
+    return points[turns], normals[turns], contacts.surfaces[turns]

@@ -18,7 +18,7 @@ Forces: TypeAlias = tuple[float | None, ...]
 """Commanded normal force per finger, None under position control."""
 
 
-class Passage(enum.Enum):
+class JunctionVerdict(enum.Enum):
     """Whether a junction holds; the value is a sentence for the user."""
 
     HOLDS = "forces balance all along the ramp"
@@ -86,7 +86,7 @@ def meeting(before: Moment, after: Moment) -> tuple[Moment, ...]:
 
 def passage(
     ramp: Junction, before: Moment, after: Moment, balanced: Callable[[Moment, Forces], bool]
-) -> Passage:
+) -> JunctionVerdict:
     """Judge a junction.
 
     Args:
@@ -96,12 +96,12 @@ def passage(
         balanced: whether forces balance the object at an instant, with given commands.
     """
     for answer, moments in (
-        (Passage.HOLDS, meeting(before, after)),
-        (Passage.RESTS, (Moment(before.pose),)),
+        (JunctionVerdict.HOLDS, meeting(before, after)),
+        (JunctionVerdict.RESTS, (Moment(before.pose),)),
     ):
         if all(balanced(moment, end) for moment in moments for end in ramp.ends):
             return answer
-    return Passage.FAILS
+    return JunctionVerdict.FAILS
 
 
 def junction(before: Sequence[Control], after: Sequence[Control]) -> Junction:

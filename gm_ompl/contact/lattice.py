@@ -1,43 +1,61 @@
-"""The contact lattice: the object graph of free motion (docs/free-motion.md)."""
+"""The contact lattice: the object graph of free motion (docs/background/free-motion.md)."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
-from typing import Final, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import Environment, environment_contacts
-from gm_ompl.contact.lines import Line, contact_groups
-from gm_ompl.contact.offers import Offer, Offers
+from gm_ompl.contact.expansion import Ended, Offered, Room, arrive, ended, forms, touches
+from gm_ompl.contact.lines import SAME, Line
+from gm_ompl.contact.offers import ALOFT, Offers, Stand
 from gm_ompl.contact.poses import NumberedPoses
-from gm_ompl.contact.stops import Stops
-from gm_ompl.contact.templates import DECIMALS, Template, extremes, form
+from gm_ompl.contact.stops import lengths
+from gm_ompl.geometry.packed import packed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
-from gm_ompl.motion.free import FreeMotion
+from gm_ompl.motion.free import SHORTEST, SLACK, FreeMotion
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, Way
-from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
-
-SHORTEST: Final = 1e-4
-"""An arc on which no corner moves farther than this, relative to D, is none."""
-
-SLACK: Final = 1e-6
-"""How far the centre of mass may leave the region, relative to D."""
+from gm_ompl.motion.screw import Screw, Slide, Tumble
 
 COUNTED: Final = 1e-9
 """A number of segments that is whole up to this is that number."""
+
+DECIMALS: Final = 7
+"""Lines under way (over D) and places between the grid's (in steps) that are equal to so many
+decimals are one where only the floor is near."""
+
+
+class Motions(NamedTuple):
+    """What is offered where the object stands in one way, and what it comes to.
+
+    Attributes:
+        offered: the motions.
+        ended: what they come to.
+        forms: (m), equal for motions that are one as the object sees them, whichever way.
+        kinds: (m), as ``GraphArc`` has them.
+    """
+
+    offered: Offered
+    ended: Ended
+    forms: list[int]
+    kinds: list[Hashable]
 
 
 @final
 class ContactLattice:
     """Poses and the screws between them, made on demand.
+
+    A node is a pose, by its number, and the line of the rotation under way there.
 
     Args:
         motion: start, goal, region and steps.
@@ -56,19 +74,28 @@ class ContactLattice:
     ) -> None:
         self._motion, self._body, self._environment = motion, body, environment
         self._parts, self._D = parts, body.diagonal
-        self._touching = environment.contact_tolerance * self._D
-        steps = motion.steps
-        self._offers = Offers(steps, motion.start.position, self._D, self._touching)
-        self._open = replace(environment, obstacles=())
-        self._stops, self._floor = Stops(body, environment), Stops(body, self._open)
+        small, steps = lengths(self._D, environment.contact_tolerance), motion.steps
+        self._offers = Offers(steps, motion.start.position, self._D, small.touching)
+        fixed = packed([piece for o in environment.obstacles for piece in o.body.pieces])
+        shortest = SHORTEST * self._D
+        self._room = Room(packed(body.pieces), fixed, environment.floor, small, shortest, parts)
+        self._open = self._room._replace(obstacles=packed([]))
+        self._walls = self._room._replace(floor=False)
         own = float(np.linalg.norm(body.vertices, axis=1).max())
         # A pivot is on the object; nothing goes farther from it than twice round the object.
-        self._far = max(own, reach) + max(2.0 * own, steps.translation) + self._touching
-        self._nodes = NumberedPoses(self._D)
-        self._templates: dict[Hashable, tuple[Template, ...]] = {}
+        self._far = max(own, reach) + max(2.0 * own, steps.translation) + small.touching
+        self._numbered = NumberedPoses(self._D)
+        self._nodes: list[tuple[int, Line | None]] = []
+        self._nodes_at: dict[int, list[int]] = {}
+        self._stands: dict[Hashable, Stand] = {}
+        self._begin: dict[int, bool] = {}
+        self._beside: dict[int, bool] = {}
+        self._over_floor: dict[Hashable, Motions] = {}
+        self._forms: dict[bytes, int] = {}
         self._arcs: dict[int, tuple[GraphArc, ...]] = {}
         self._depths: dict[int, int] | None = None
-        self.start = self._nodes.number(motion.start.rotation, motion.start.position, None)
+        place = self._numbered.number(motion.start.rotation, motion.start.position)
+        self.start = self._node(place, None)
         self.goal_nodes: tuple[int, ...] | None = None
 
     def arcs_from(self, node: int) -> Sequence[GraphArc]:
@@ -98,142 +125,138 @@ class ContactLattice:
 
     def _made(self, node: int) -> Iterator[GraphArc]:
         """Yield the arcs that leave a node, none of them to where another leads."""
-        pose, heads = self._nodes.poses[node], {node}
-        for template in self._templates_at(node):
-            if not self._inside(pose.position, template):
+        (place, line), position = self._nodes[node], self._position(node)
+        motions = self._motions(place, None if line is None else line.moved(-position))
+        heads = np.empty(len(motions.forms), dtype=np.int64)
+        book, slack = self._numbered.reserve(len(heads)), SLACK * self._D
+        arrive(motions.ended, position, self._motion.region, slack, book, self._D, heads)
+        seen = {node}
+        steps = (motions.ended.shares * motions.offered.steps).tolist()
+        for i, end in enumerate(heads.tolist()):
+            head = -1 if end < 0 else self._head(end, motions.offered, i, position)
+            if head < 0 or head in seen:
                 continue
-            line = template.line if template.goes_on else None
-            if line is not None:
-                line = Line(line.point + pose.position, line.direction)
-            head = self._nodes.number(template.rotation, pose.position + template.by, line)
-            if head not in heads:
-                heads.add(head)
-                piece = template.piece
-                if isinstance(piece, Tumble):
-                    piece = Tumble(piece.pivot + pose.position, piece.axis, piece.angle)
-                arc = Screw(pose, piece, pitch=template.pitch)
-                yield GraphArc(head, arc, template.parts, template.kind)
+            seen.add(head)
+            pitch, parts = None, self._parts
+            if steps[i] < 1.0 - COUNTED:
+                parts = max(1, math.ceil(self._parts * steps[i] - COUNTED))
+                pitch = 1.0 / (self._parts * steps[i])
+            made = functools.partial(self._screw, place, motions, i, pitch)
+            form = motions.forms[i], parts
+            along = (min(place, end), max(place, end), form)
+            bare = bool(motions.ended.bare[i])
+            yield GraphArc(head, made, parts, motions.kinds[i], form, along, bare=bare)
 
-    def _templates_at(self, node: int) -> Iterable[Template]:
-        """Return the arcs at a node."""
-        pose = self._nodes.poses[node]
-        corners = pose.apply(self._body.vertices)
-        if self._stops.beside(corners.min(axis=0), corners.max(axis=0)):
-            return self._cut_short(node, self._environment, None)
-        templates = self._over_floor(node)
-        if not self._stops.near(pose.position, self._far):
-            return templates
-        found = (self._beside(pose, template) for template in templates)
-        return (template for template in found if template is not None)
+    def _head(self, place: int, offered: Offered, i: int, position: Array) -> int:
+        """Return the node to which motion ``i`` leads that ends at a pose."""
+        if not offered.turns[i] or self._begins(place):
+            return self._node(place, None)
+        return self._node(place, Line(position + offered.by[i], offered.axes[i]))
 
-    def _over_floor(self, node: int) -> tuple[Template, ...]:
-        """Return the arcs at a node as they are with nothing but the floor there."""
-        pose, line, steps = self._nodes.poses[node], self._nodes.lines[node], self._motion.steps
-        places = (pose.position - self._motion.start.position) / steps.translation
-        between = np.round(places[list(steps.translate)], DECIMALS - 1) % 1.0
-        height = round(float(pose.position[2]) / self._D, DECIMALS)
+    def _screw(self, place: int, motions: Motions, i: int, pitch: float | None) -> Screw:
+        """Return motion ``i`` from a pose."""
+        pose, offered, share = (
+            self._numbered.pose(place),
+            motions.offered,
+            float(motions.ended.shares[i]),
+        )
+        if not offered.turns[i]:
+            return Screw(pose, Slide(motions.ended.ways[i]), pitch=pitch)
+        pivot, angle = offered.by[i] + pose.position, share * float(offered.angles[i])
+        return Screw(pose, Tumble(pivot, offered.axes[i], angle), pitch=pitch)
+
+    def _motions(self, place: int, line: Line | None) -> Motions:
+        """Return the motions at a pose, a rotation under way about a line seen from there."""
+        stand, book = self._stand(place), self._numbered.book
+        position = book.positions[place]
+        if self._near(place):
+            offered = self._offers.at(stand, position.tolist(), line)
+            return self._cut_short(place, offered, self._room, None)
+        stands = int(book.attitudes[place]), int(book.heights[place])
+        between = np.round(self._offers.counts(position.tolist()), DECIMALS) % 1.0
         turning: Hashable = None
         if line is not None:
-            arm = (line.point - pose.position) / self._D
-            arm = arm - (arm @ line.direction) * line.direction
-            turning = (*(np.round([*arm, *line.direction], DECIMALS - 1) + 0.0).tolist(),)
-        stands = self._nodes.attitudes[node], height
+            arm = line.point - (line.point @ line.direction) * line.direction
+            numbers = np.round([*(arm / self._D), *line.direction], DECIMALS)
+            turning = (*(numbers + 0.0).tolist(),)
         key = (stands, between.tobytes(), turning)
-        known = self._templates.get(key)
+        known = self._over_floor.get(key)
         if known is None:
-            known = self._templates[key] = tuple(self._cut_short(node, self._open, stands))
+            offered = self._offers.at(stand, position.tolist(), line)
+            known = self._over_floor[key] = self._cut_short(place, offered, self._open, stands)
         return known
 
-    def _beside(self, pose: Pose, template: Template) -> Template | None:
-        """Return what obstacles leave of an arc."""
-        low, high = pose.position + template.box
-        if not self._stops.beside(low, high):
-            return template._replace(kind=None)
-        piece, line = template.piece, template.line
-        if isinstance(piece, Tumble):
-            piece = Tumble(piece.pivot + pose.position, piece.axis, piece.angle)
-        if line is not None:
-            line = Line(line.point + pose.position, line.direction)
-        offer = Offer(piece, line, template.steps)
-        return self._template(pose, offer, self._environment, self._stops)
-
     def _cut_short(
-        self, node: int, environment: Environment, stands: Hashable | None
-    ) -> Iterator[Template]:
-        """Yield what the motions that are offered come to.
+        self, place: int, offered: Offered, room: Room, stands: Hashable | None
+    ) -> Motions:
+        """Return what motions come to.
 
         Args:
-            node: where they begin.
-            environment: what is looked at: all of it, or the floor alone.
+            place: where they begin.
+            offered: the motions.
+            room: what is in their way.
             stands: equal where the object stands alike on the floor, with nothing else near.
         """
-        pose, stops = self._nodes.poses[node], self._stops
-        if environment is self._open:
-            stops = self._floor
-        contacts = environment_contacts(self._body, environment, pose)
-        for offer in self._offers.at(pose, contacts, self._nodes.lines[node]):
-            template = self._template(pose, offer, environment, stops)
-            if template is not None:
-                alike = None if stands is None else (stands, form(template.piece, self._D))
-                yield template._replace(kind=alike)
+        R, p = self._numbered.book.rotations[place], self._numbered.book.positions[place]
+        found = ended(offered, R, p, room)
+        numbers, ahead = forms(offered, found, R, self._D)
+        own = [self._forms.setdefault(row.tobytes(), len(self._forms)) for row in numbers]
+        kinds: list[Hashable] = [None] * len(own)
+        if stands is not None:
+            kinds = [(stands, one, way) for one, way in zip(own, ahead.tolist(), strict=True)]
+        return Motions(offered, found, own, kinds)
 
-    def _template(
-        self, pose: Pose, offer: Offer, environment: Environment, stops: Stops
-    ) -> Template | None:
-        """Return what a motion comes to; None: it is too short to be one."""
-        share = stops.free_share(offer.piece.sweep(pose, 1.0))
-        if share * self._longest_way(pose, offer.piece) < SHORTEST * self._D:
-            return None
-        steps, line = share * offer.steps, offer.line
-        pitch, parts, goes_on = None, self._parts, False
-        if steps < 1.0 - COUNTED:
-            parts = max(1, math.ceil(self._parts * steps - COUNTED))
-            pitch = 1.0 / (self._parts * steps)
-        piece: Piece
-        if isinstance(offer.piece, Slide):
-            piece = offer.piece if share == 1.0 else Slide(share * offer.piece.by)
-            end = Pose(pose.rotation, pose.position + piece.by)
-        else:
-            turn = offer.piece
-            end = pose.turned(turn.pivot, turn.axis, share * turn.angle)
-            piece = Tumble(turn.pivot - pose.position, turn.axis, share * turn.angle)
-        if line is not None:
-            contacts = environment_contacts(self._body, environment, end)
-            goes_on = not self._offers.begins(end, contact_groups(contacts, self._touching))
-            line = Line(line.point - pose.position, line.direction)
-        extent, box = self._extents(pose, end, piece)
-        by = end.position - pose.position
-        return Template(
-            piece, line, by, extent, box, end.rotation, steps, parts, pitch, goes_on, None
-        )
+    def _near(self, place: int) -> bool:
+        """Whether an obstacle may be in reach of object or hand around a pose."""
+        known = self._beside.get(place)
+        if known is None:
+            low, high = self._room.obstacles.low, self._room.obstacles.high
+            position = self._numbered.book.positions[place]
+            way = np.minimum(np.maximum(position, low), high) - position
+            reached = np.einsum("ij,ij->i", way, way) <= self._far * self._far
+            known = self._beside[place] = bool(reached.any())
+        return known
 
-    def _extents(self, pose: Pose, end: Pose, piece: Piece) -> tuple[Array, Array]:
-        """Return the boxes (2, 3) in which the centre of mass and the object stay on an arc."""
-        by = end.position - pose.position
-        ends = np.array([np.zeros(3), by, *(extremes(piece) if isinstance(piece, Tumble) else ())])
-        first = self._body.vertices @ pose.rotation.T
-        corners = np.concatenate([first, self._body.vertices @ end.rotation.T + by])
-        margin = self._touching
-        if isinstance(piece, Tumble):
-            margin += piece.sweep(Pose(pose.rotation, np.zeros(3)), 1.0).sagitta(
-                first - piece.pivot
-            )
-        box = np.array([corners.min(axis=0) - margin, corners.max(axis=0) + margin])
-        return np.array([ends.min(axis=0), ends.max(axis=0)]), box
+    def _stand(self, place: int) -> Stand:
+        """Return how the object stands at a pose."""
+        book = self._numbered.book
+        R, p = book.rotations[place], book.positions[place]
+        beside = self._near(place) and touches(R, p, self._walls)
+        key = place if beside else (int(book.attitudes[place]), int(book.heights[place]))
+        known = self._stands.get(key)
+        if known is None:
+            environment = self._environment
+            if not beside:
+                environment = replace(environment, obstacles=())
+            contacts = environment_contacts(self._body, environment, self._numbered.pose(place))
+            known = self._stands[key] = self._offers.stand(p, contacts)
+        return known
 
-    def _longest_way(self, pose: Pose, piece: Piece) -> float:
-        """Return how far a corner goes at most."""
-        if isinstance(piece, Slide):
-            return float(np.linalg.norm(piece.by))
-        arms = pose.apply(self._body.vertices) - piece.pivot
-        beside = arms - np.outer(arms @ piece.axis, piece.axis)
-        return abs(piece.angle) * float(np.linalg.norm(beside, axis=1).max())
+    def _begins(self, place: int) -> bool:
+        """Whether rotations may begin at a pose."""
+        known = self._begin.get(place)
+        if known is None:
+            book, offers = self._numbered.book, self._offers
+            R, position = book.rotations[place], book.positions[place]
+            on_grid = offers.begins(ALOFT, position.tolist())
+            if not on_grid and touches(R, position, self._room):  # contact may exempt it
+                on_grid = offers.begins(self._stand(place), position.tolist())
+            known = self._begin[place] = on_grid
+        return known
 
-    def _inside(self, position: Array, template: Template) -> bool:
-        """Whether the centre of mass stays in the region."""
-        over = position + template.extent - self._motion.region
-        slack = SLACK * self._D
-        return bool(over[0].min() >= -slack and over[1].max() <= slack)
+    def _node(self, place: int, line: Line | None) -> int:
+        """Return the node at a pose with this rotation under way."""
+        known = self._nodes_at.setdefault(place, [])
+        for node in known:
+            other = self._nodes[node][1]
+            if line is None or other is None:
+                if line is other:
+                    return node
+            elif line.same(other, SAME * self._D):
+                return node
+        known.append(len(self._nodes))
+        self._nodes.append((place, line))
+        return known[-1]
 
     def in_goal(self, node: int) -> bool:
         """Whether the object has arrived at a node."""
@@ -241,7 +264,11 @@ class ContactLattice:
 
     def pose(self, node: int) -> Pose:
         """Return the object's pose at a node."""
-        return self._nodes.poses[node]
+        return self._numbered.pose(self._nodes[node][0])
+
+    def _position(self, node: int) -> Array:
+        position: Array = self._numbered.book.positions[self._nodes[node][0]]
+        return position
 
     def coordinates(self, node: int) -> Coordinates:  # noqa: ARG002
         """Return no coordinates: there are none."""
@@ -252,6 +279,6 @@ class ContactLattice:
         arcs = []
         for k, (tail, head) in enumerate(itertools.pairwise(nodes), start=1):
             arc = next(arc for arc in self._leaving(tail) if arc.head == head)
-            arcs.append(arc._replace(head=k))
+            arcs.append(arc.leading_to(k))
         poses = tuple(self.pose(node) for node in nodes)
         return Way(poses, ((),) * len(nodes), tuple(arcs))

@@ -21,6 +21,10 @@ class Line(NamedTuple):
     point: Array
     direction: Array
 
+    def moved(self, by: Array) -> Line:
+        """Return the line moved by (3,)."""
+        return Line(self.point + by, self.direction)
+
     def same(self, other: Line, near: float) -> bool:
         """Whether the two are one line, to ``SAME`` and the length ``near``."""
         if not parallel(self.direction, other.direction):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple, final
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import EnvironmentContacts
+from gm_ompl.contact.expansion import Offered
 from gm_ompl.contact.lines import (
     ContactGroup,
     Line,
@@ -18,9 +20,7 @@ from gm_ompl.contact.lines import (
     parallel,
     rim_lines,
 )
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import ContactSteps
-from gm_ompl.motion.screw import Piece, Slide, Tumble
 
 ON_GRID: Final = 1e-6
 """A coordinate is on the grid up to this many steps."""
@@ -31,23 +31,27 @@ NEAR: Final = 1e-6
 WORLD = np.eye(3)
 
 
-class Offer(NamedTuple):
-    """One motion.
+class Stand(NamedTuple):
+    """How the object stands at a pose, seen from the centre of mass.
 
     Attributes:
-        piece: the whole of it.
-        line: of a rotation; None for translations.
-        steps: its length in steps of the lattice, at most one.
+        exempt: the listed world axes along which contact fixes it.
+        lines: about which it may turn where rotations begin.
+        slopes: unit directions (3,) of contact lines that the listed axes do not offer.
     """
 
-    piece: Piece
-    line: Line | None
-    steps: float
+    exempt: frozenset[int]
+    lines: tuple[Line, ...]
+    slopes: tuple[Array, ...]
+
+
+ALOFT: Final = Stand(frozenset(), (), ())
+"""As where nothing touches, its lines left out."""
 
 
 @final
 class Offers:
-    """Lists the motions at a pose, as docs/free-motion.md has them.
+    """Lists the motions at a pose, as docs/background/free-motion.md has them.
 
     Args:
         steps: of the lattice.
@@ -57,7 +61,7 @@ class Offers:
     """
 
     def __init__(self, steps: ContactSteps, start: Array, diagonal: float, touching: float) -> None:
-        self._steps, self._start = steps, start
+        self._steps, self._start = steps, start.tolist()
         self._near, self._touching = NEAR * diagonal, touching
         self._listed = WORLD[list(steps.translate)]
         self._turning_axes = [axis for axis in WORLD if self._turns(axis)]
@@ -67,73 +71,75 @@ class Offers:
         allowed = self._steps.rotate
         return allowed is None or any(parallel(direction, axis) for axis in allowed)
 
-    def at(
-        self, pose: Pose, contacts: EnvironmentContacts, under_way: Line | None
-    ) -> Iterator[Offer]:
-        """Yield the motions that are offered at ``pose``.
+    def stand(self, position: Array, contacts: EnvironmentContacts) -> Stand:
+        """Return how the object stands with its centre of mass at a position (3,)."""
+        groups = contact_groups(contacts, self._touching)
+        exempt = frozenset(
+            k for k in self._steps.translate if any(parallel(g.normal, WORLD[k]) for g in groups)
+        )
+        lines = (
+            Line(line.point - position, line.direction) for line in self._lines(position, groups)
+        )
+        return Stand(exempt, tuple(distinct(lines, self._near)), tuple(self._slopes(groups)))
+
+    def counts(self, position: Sequence[float]) -> list[float]:
+        """Return the listed coordinates of a position (3,), in steps from the start."""
+        step = self._steps.translation
+        return [(position[k] - self._start[k]) / step for k in self._steps.translate]
+
+    def begins(self, stand: Stand, position: Sequence[float]) -> bool:
+        """Whether rotations may begin: the listed coordinates that are free are on the grid."""
+        counts = zip(self._steps.translate, self.counts(position), strict=True)
+        return all(k in stand.exempt or abs(c - round(c)) <= ON_GRID for k, c in counts)
+
+    def at(self, stand: Stand, position: Sequence[float], under_way: Line | None) -> Offered:
+        """Return the motions that are offered.
 
         Args:
-            pose: where the object is.
-            contacts: there.
-            under_way: the line of a rotation that may go on.
+            stand: how the object stands.
+            position: (3,), where its centre of mass is.
+            under_way: the line of a rotation that may go on, seen from there.
         """
-        groups = contact_groups(contacts, self._touching)
-        yield from self._axial(pose)
-        yield from self._slopes(groups)
-        for line in self.lines(pose, groups, under_way):
-            for turn in (self._steps.rotation, -self._steps.rotation):
-                yield Offer(Tumble(line.point, line.direction, turn), line, 1.0)
+        step, slides = self._steps.translation, list[tuple[Array, float]]()
+        for k, count in zip(self._steps.translate, self.counts(position), strict=True):
+            for target in (np.floor(count + ON_GRID) + 1.0, np.ceil(count - ON_GRID) - 1.0):
+                by = np.zeros(3)
+                by[k] = self._start[k] + target * step - position[k]
+                slides.append((by, min(1.0, abs(float(by[k])) / step)))
+        slides += [(sign * step * way, 1.0) for way in stand.slopes for sign in (1.0, -1.0)]
+        if self.begins(stand, position):
+            lines = stand.lines
+        else:
+            lines = () if under_way is None else (under_way,)
+        turns = list(itertools.product(lines, (self._steps.rotation, -self._steps.rotation)))
+        up = WORLD[2]
+        return Offered(
+            np.array([False] * len(slides) + [True] * len(turns), dtype=np.bool_),
+            np.array([by for by, _ in slides] + [line.point for line, _ in turns]).reshape(-1, 3),
+            np.array([up] * len(slides) + [line.direction for line, _ in turns]).reshape(-1, 3),
+            np.array([0.0] * len(slides) + [angle for _, angle in turns]),
+            np.array([steps for _, steps in slides] + [1.0] * len(turns)),
+        )
 
-    def lines(
-        self, pose: Pose, groups: Sequence[ContactGroup], under_way: Line | None
-    ) -> list[Line]:
-        """Return the lines about which the object may turn by a step."""
-        if not self.begins(pose, groups):
-            return [] if under_way is None else [under_way]
-        return distinct(self._lines(pose, groups), self._near)
-
-    def begins(self, pose: Pose, groups: Sequence[ContactGroup]) -> bool:
-        """Whether rotations may begin: the listed coordinates that are free are on the grid."""
-        for k in self._steps.translate:
-            if any(parallel(group.normal, WORLD[k]) for group in groups):
-                continue
-            count = (pose.position[k] - self._start[k]) / self._steps.translation
-            if abs(count - round(count)) > ON_GRID:
-                return False
-        return True
-
-    def _lines(self, pose: Pose, groups: Sequence[ContactGroup]) -> Iterator[Line]:
+    def _lines(self, position: Array, groups: Sequence[ContactGroup]) -> Iterator[Line]:
         if not groups:
-            yield from (Line(pose.position, axis) for axis in self._turning_axes)
+            yield from (Line(position, axis) for axis in self._turning_axes)
         for group in groups:
             for line in rim_lines(group, self._turning_axes, self._touching):
                 if self._turns(line.direction):
                     yield line
         for group in groups:
             if self._turns(group.normal):
-                yield Line(pose.position, group.normal)
+                yield Line(position, group.normal)
 
-    def _axial(self, pose: Pose) -> Iterator[Offer]:
-        """Yield translations along the listed axes, each to the next multiple of the step."""
-        step = self._steps.translation
-        for k in self._steps.translate:
-            count = float(pose.position[k] - self._start[k]) / step
-            ahead, behind = np.floor(count + ON_GRID) + 1.0, np.ceil(count - ON_GRID) - 1.0
-            for target in (ahead, behind):
-                by = np.zeros(3)
-                by[k] = self._start[k] + target * step - pose.position[k]
-                yield Offer(Slide(by), None, min(1.0, abs(float(by[k])) / step))
-
-    def _slopes(self, groups: Sequence[ContactGroup]) -> Iterator[Offer]:
-        """Yield translations along contact lines that the listed axes do not offer."""
-        step, found = self._steps.translation, list[Array]()
+    def _slopes(self, groups: Sequence[ContactGroup]) -> list[Array]:
+        """Return directions of contact lines that the listed axes do not offer."""
+        found = list[Array]()
         for group in groups:
             for line in rim_lines(group, (), self._touching):
                 known = any(parallel(line.direction, other) for other in found)
                 if known or is_offered(line.direction, group.normal, self._listed):
                     continue
-                if any(parallel(line.direction, axis) for axis in self._listed):
-                    continue
-                found.append(line.direction)
-                for by in (step * line.direction, -step * line.direction):
-                    yield Offer(Slide(by), None, 1.0)
+                if not any(parallel(line.direction, axis) for axis in self._listed):
+                    found.append(line.direction)
+        return found

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TypeVar, final
+from typing import final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.diagnosis import remedies
+from gm_ompl.diagnosis.free import FreeExplaining
 from gm_ompl.diagnosis.instants import Explainer, contact_lines
 from gm_ompl.diagnosis.pockets import pocket_line
 from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
-from gm_ompl.diagnosis.remedies import finer, sampled, search
-from gm_ompl.diagnosis.surveys import Scored, sets_at, survey
+from gm_ompl.diagnosis.remedies import certain, finer, sampled, search
+from gm_ompl.diagnosis.surveys import Scored, known, sets_at, survey
 from gm_ompl.diagnosis.values import (
     SECONDS,
     Attempt,
@@ -25,7 +26,7 @@ from gm_ompl.diagnosis.values import (
     SetLine,
     Survey,
 )
-from gm_ompl.errors import InputError, LimitError
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
@@ -35,8 +36,6 @@ from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
-
-_Part = TypeVar("_Part")
 
 SAMPLES = 300
 """Sets of placements judged per survey."""
@@ -68,25 +67,16 @@ def explain(
         seconds: what all of it may take, up to one step of each part; 0 for no searches.
 
     Raises:
-        InputError: the start or the goal is off the lattice, or the motion is free.
+        InputError: the start or the goal is off the lattice, or coordinates are asked for where
+            the motion is free.
         LimitError: a limit is reached before there is anything to tell.
         KeyboardInterrupt: it was interrupted.
     """
-    if isinstance(scenario.problem.motion, FreeMotion):
-        raise InputError(
-            "explain tells of paths and of planar motion; of free motion judge single poses: "
-            "gm_ompl.judge(scenario, pose=..., twist=..., placements=...)"
-        )
     with limits.holding(seconds or SURVEYS_ALONE):
+        if isinstance(scenario.problem.motion, FreeMotion):
+            free = FreeExplaining(scenario, samples, seed, seconds)
+            return free.everywhere() if placements is None else free.of_set(placements)
         return _Explaining(scenario, samples, seed, seconds).run(at, placements)
-
-
-def known(parts: Iterable[_Part]) -> Iterator[_Part]:
-    """Yield the parts that are found before a limit in force is reached."""
-    try:
-        yield from parts
-    except LimitError:
-        return
 
 
 @final
@@ -163,8 +153,8 @@ class _Explaining:
         return contact_lines(self._problem, at, self._directions(at))
 
     def _at(self, at: Coordinates) -> Explanation:
-        none = (None,) * self._problem.fingers.count
-        sets, possible = sets_at(self._problem, self._judge, at, none, self._samples, self._rng)
+        none, pose = (None,) * self._problem.fingers.count, self._problem.motion.pose(at)
+        sets, possible = sets_at(self._problem, self._judge, pose, none, self._samples, self._rng)
         scored = self._scored(sets, lambda placements: self._score_at(at, placements))
         found = survey(
             self._problem, "at", possible, scored, lambda p: self._line_at(at, p),
@@ -233,6 +223,8 @@ class _Explaining:
         if lattice is Status.INFEASIBLE and found.status != Status.INFEASIBLE.value:
             closer = finer(self._scenario, self._deadline.part(0.2, SECONDS).left())
             yield from () if closer is None else (closer,)
+        if self._problem.uncertainty:
+            yield certain(self._problem, self._deadline.part(0.2, SECONDS).left())
 
     def _survey(self, backwards: bool, share: float) -> Survey:
         where = "goal" if backwards else "start"
@@ -249,7 +241,9 @@ class _Explaining:
         if backwards:
             end = problem.object_graph.coordinates((problem.object_graph.goal_nodes or ())[0])
         required = hand.goal if backwards else hand.start
-        sets, possible = sets_at(problem, judge, end, required, self._samples, self._rng)
+        sets, possible = sets_at(
+            problem, judge, problem.motion.pose(end), required, self._samples, self._rng
+        )
         scored = self._scored(sets, lambda placements: self._score(placements, backwards))
         return survey(problem, where, possible, scored, self._line, self._part.passed)
 
@@ -283,5 +277,9 @@ def _sentence(search: Status | None, attempts: Sequence[Attempt], surveys: Seque
     for end, where in zip(surveys, ("start", "goal"), strict=True):
         if end.possible == 0:
             return f"{found}; no set of placements is geometrically possible at the {where}"
-    elsewhere = [attempt for attempt in attempts if attempt.status == Status.SOLVED.value]
+    elsewhere = [
+        attempt
+        for attempt in attempts
+        if attempt.status == Status.SOLVED.value and attempt.kind != "no uncertainty"
+    ]
     return f"{found}, but there is one elsewhere" if elsewhere else found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -24,7 +23,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.case_alternatives import choices_at
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -88,15 +87,16 @@ def _motion(
 
 def _named(problem: Problem, pose: Pose) -> Iterator[tuple[str, EnvironmentContacts]]:
     """Yield what touches the object, each part of the environment asked alone."""
-    environment = problem.environment
-    alone: list[tuple[str, Environment]] = []
-    if environment.floor:
-        alone.append(("floor", dataclasses.replace(environment, obstacles=())))
-    for obstacle in environment.obstacles:
-        part = dataclasses.replace(environment, floor=False, obstacles=(obstacle,))
-        alone.append((obstacle.name, part))
-    for name, part in alone:
+    for name, part in parts_alone(problem.environment):
         yield name, environment_contacts(problem.body, part, pose)
+
+
+def parts_alone(environment: Environment) -> Iterator[tuple[str, Environment]]:
+    """Yield the floor and each obstacle as environments of their own, with their names."""
+    if environment.floor:
+        yield "floor", replace(environment, obstacles=())
+    for obstacle in environment.obstacles:
+        yield obstacle.name, replace(environment, floor=False, obstacles=(obstacle,))
 
 
 def _against(
@@ -128,9 +128,8 @@ class Blame:
         if environment.floor:
             self._scenes["floor"] = Scene(body, [], True, touching)
 
-    def configuration(self, q: Coordinates, placements: Placements) -> tuple[str, ...]:
-        """Return a sentence for everything that penetrates something at ``q``; none if valid."""
-        pose = self._problem.motion.pose(q)
+    def configuration(self, pose: Pose, placements: Placements) -> tuple[str, ...]:
+        """Return a sentence for everything that penetrates something; none if valid."""
         found = [
             f"the object penetrates {name}"
             for name, scene in self._scenes.items()
@@ -199,14 +198,19 @@ class Explainer:
         verdict: Verdict,
     ) -> InstantLine:
         """Return what blocks an instant, without the combinations of modes."""
+        line = self.at(self.problem.motion.pose(q), placements, verdict)
+        return replace(line, q=q, direction=direction)
+
+    def at(self, pose: Pose, placements: Placements, verdict: Verdict) -> InstantLine:
+        """Return what blocks the object at a pose, told without coordinates."""
         blocked: tuple[str, ...] = ()
         if verdict.finding is Finding.GEOMETRY:
-            blocked = self._blame.configuration(q, placements)
+            blocked = self._blame.configuration(pose, placements)
         decision = verdict.decision
         z = decision.z if decision is not None and math.isfinite(decision.z) else None
         return InstantLine(
-            q=q,
-            direction=direction,
+            q=(),
+            direction=None,
             finding=verdict.finding,
             blocked_by=blocked,
             z=z,
@@ -245,7 +249,7 @@ class Explainer:
         contacts = contacts_at(moment, problem.body, problem.environment)
         everyone = tuple(range(len(placements)))
         instant = problem.instant(contacts, everyone, placements)
-        found = {d.modes: d for d in Alternatives.of(instant).modes(0.0)}
+        found = {d.modes: d for d in choices_at(instant).modes(0.0)}
         every = itertools.product(ControlMode, repeat=len(placements))
         return tuple(_mode_line(modes, found.get(modes)) for modes in every)
 

@@ -14,7 +14,8 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.diagnosis.values import Remedy
 from gm_ompl.limits import Limits
-from gm_ompl.problem import Problem
+from gm_ompl.motion.free import FreeMotion
+from gm_ompl.problem import Fingers, Problem
 from gm_ompl.scenario.checks import MOST_FRICTION, MOST_WEIGHTS
 
 FAR = 100.0
@@ -26,8 +27,14 @@ CLOSE = 1.02
 FROM_ZERO = 0.01
 """Where a friction coefficient that is 0 begins to grow."""
 
+SOFTEST = 0.99
+"""The largest length of a soft fingertip that is tried, over its radius: rounding stays below."""
 
-class Answer(enum.Enum):
+TO_ZERO = math.inf
+"""The factor of a value that is turned down to 0."""
+
+
+class TrialOutcome(enum.Enum):
     """Whether a changed problem has what is wanted."""
 
     YES = "it has"
@@ -35,7 +42,7 @@ class Answer(enum.Enum):
     UNKNOWN = "not known"
 
 
-Holds: TypeAlias = Callable[[Problem, float], Answer]
+Holds: TypeAlias = Callable[[Problem, float], TrialOutcome]
 """Answers about a changed problem within some seconds."""
 
 
@@ -50,6 +57,7 @@ class Knob:
         up: whether larger values are tried.
         orderly: whether what holds at one value holds at every more generous one.
         most: the largest factor that a scenario may have.
+        from_zero: (k,) or a number, where values that are 0 begin to grow.
     """
 
     key: str
@@ -58,10 +66,17 @@ class Knob:
     up: bool
     orderly: bool
     most: float = FAR
+    from_zero: Array | float = FROM_ZERO
+
+    @property
+    def rungs(self) -> tuple[float, ...]:
+        """The factors that are tried first, in increasing order."""
+        rungs = (FAR, TO_ZERO) if self.orderly else (1.5, 4.0, 20.0, FAR)
+        return tuple(sorted({min(rung, self.most) for rung in rungs}))
 
     def at(self, factor: float) -> Array:
         """Return the values ``factor`` times more generous, as they can be written."""
-        base = np.where(self.values > 0.0, self.values, FROM_ZERO)
+        base = np.where(self.values > 0.0, self.values, self.from_zero if factor > 1.0 else 0.0)
         wanted = base * factor if self.up else base / factor
         return np.array([float(f"{value:.3g}") for value in wanted.tolist()])
 
@@ -69,6 +84,15 @@ class Knob:
         """Return values as in a scenario: one number where they are equal."""
         texts = [f"{value:.6g}" for value in values.tolist()]
         return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"
+
+    @property
+    def name(self) -> str:
+        """What its values are said to be of."""
+        return self.key
+
+    def told(self, values: Array) -> str:
+        """Return values as they are spoken of."""
+        return self.shown(values)
 
 
 @dataclass(frozen=True)
@@ -89,8 +113,8 @@ class Words:
 def knobs(problem: Problem) -> Iterator[Knob]:
     """Yield what may be turned to help a problem.
 
-    Stronger fingers and a smaller z_min can only help. Friction may also harm, since it can build
-    up internal force: what is found between two values need not hold beyond.
+    Stronger fingers and a smaller z_min can only help. Friction and softness may also harm, since
+    they can build up internal force: what is found between two values need not hold beyond.
     """
     hand, environment = problem.fingers, problem.environment
 
@@ -98,7 +122,10 @@ def knobs(problem: Problem) -> Iterator[Knob]:
         def changed(values: Array) -> Problem:
             value = float(values[0]) if number else values
             whole = dataclasses.replace(getattr(problem, part), **{key: value})
-            return dataclasses.replace(problem, **{part: whole})
+            found = dataclasses.replace(problem, **{part: whole})
+            if isinstance(problem.motion, FreeMotion):  # where the object can get stays the same
+                vars(found)["object_graph"] = problem.object_graph
+            return found
 
         return changed
 
@@ -111,9 +138,11 @@ def knobs(problem: Problem) -> Iterator[Knob]:
         limits = put("fingers", "max_normal_force", False)
         yield Knob("fingers.max_normal_force", hand.max_normal_force, limits, True, True, most)
     if problem.mechanics.z_min > 0.0:
-        yield Knob("mechanics.z_min", z_min, put("mechanics", "z_min", True), False, True)
+        smaller = put("mechanics", "z_min", True)
+        yield Knob("mechanics.z_min", z_min, smaller, False, True, TO_ZERO)
     if hand.count:
         yield Knob("friction.finger", hand.friction, tips, True, False, _rougher(hand.friction))
+        yield from _softer(hand, put("fingers", "soft", False))
     yield Knob("friction.environment", rough, ground, True, False, _rougher(rough))
     if environment.friction > 0.0:
         yield Knob("friction.environment", rough, ground, False, False)
@@ -124,7 +153,16 @@ def _rougher(friction: Array) -> float:
     return min(FAR, MOST_FRICTION / max(float(friction.max()), FROM_ZERO))
 
 
-def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Limits) -> Remedy:
+def _softer(hand: Fingers, put: Callable[[Array], Problem]) -> Iterator[Knob]:
+    """Yield how much softer fingertips may become, all by one factor, if they may."""
+    begin = FROM_ZERO * hand.radius
+    today = np.where(hand.soft > 0.0, hand.soft, begin)
+    most = float(np.min(SOFTEST * hand.radius / today))
+    if most > 1.0:
+        yield Knob("fingers.soft", hand.soft, put, True, False, min(FAR, most), begin)
+
+
+def least(knob: Knob, holds: Holds, words: Words, today: TrialOutcome, deadline: Limits) -> Remedy:
     """Return the least change of one value that helps, found by bisection.
 
     Args:
@@ -134,7 +172,7 @@ def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Limit
         today: NO where it is proven that it does not hold today.
         deadline: of all that is tried.
     """
-    low, high, proven = _bracket(knob, holds, today is Answer.NO, deadline)
+    low, high, proven = _bracket(knob, holds, today is TrialOutcome.NO, deadline)
     if high is None:
         return _in_vain(knob, words, low, proven)
     values, below = knob.at(high), knob.at(low)
@@ -144,15 +182,15 @@ def least(knob: Knob, holds: Holds, words: Words, today: Answer, deadline: Limit
         if (tried == values).all() or (tried == below).all():
             break
         answer = holds(knob.put(tried), deadline.left() / 2)
-        if answer is Answer.YES:
+        if answer is TrialOutcome.YES:
             high, values = middle, tried
         else:
-            low, below, proven = middle, tried, answer is Answer.NO
-    shown, now = knob.shown(values), knob.shown(knob.values)
-    missed = f"{words.not_so if proven else words.not_known} with {knob.shown(below)}"
-    aside = "" if high / low <= CLOSE else ", the time was up"
-    evidence = f"{words.so} with {knob.key} = {shown} (today {now}; {missed}{aside})"
-    return Remedy(f"{knob.key}={shown}", True, evidence)
+            low, below, proven = middle, tried, answer is TrialOutcome.NO
+    told, now = knob.told(values), knob.told(knob.values)
+    missed = f"{words.not_so if proven else words.not_known} with {knob.told(below)}"
+    aside = "" if high / low <= CLOSE or high == TO_ZERO else ", the time was up"
+    evidence = f"{words.so} with {knob.name} = {told} (today {now}; {missed}{aside})"
+    return Remedy(f"{knob.key}={knob.shown(values)}", True, evidence)
 
 
 def _bracket(
@@ -162,22 +200,21 @@ def _bracket(
 
     Where nothing helps: the largest factor tried, and whether all of them were proven in vain.
     """
-    rungs = (knob.most,) if knob.orderly else (1.5, 4.0, 20.0, knob.most)
     low = 1.0
-    for rung in sorted({min(rung, knob.most) for rung in rungs}):
+    for rung in knob.rungs:
         if rung <= 1.0 or deadline.passed():
             return low, None, False
         answer = holds(knob.put(knob.at(rung)), deadline.left() / 2)
-        if answer is Answer.YES:
+        if answer is TrialOutcome.YES:
             return low, rung, proven
-        proven = proven and answer is Answer.NO
-        if not knob.orderly or answer is Answer.NO:
+        proven = proven and answer is TrialOutcome.NO
+        if not knob.orderly or answer is TrialOutcome.NO:
             low = rung
     return low, None, proven
 
 
 def _in_vain(knob: Knob, words: Words, far: float, proven: bool) -> Remedy:
-    factor = f"{far:.3g} times" if knob.up else f"1/{far:.3g}"
+    factor = f"{far:.3g} times" if knob.up else "0" if far == TO_ZERO else f"1/{far:.3g}"
     values = knob.shown(knob.at(far if far > 1.0 else knob.most))
     if far <= 1.0:
         why = "not settled in the time"
@@ -186,4 +223,4 @@ def _in_vain(knob: Knob, words: Words, far: float, proven: bool) -> Remedy:
     else:
         why = f"{words.not_so if proven else words.not_known} with values tried "
         why += f"{'up' if knob.up else 'down'} to {factor}"
-    return Remedy(f"{knob.key}={values}", False, f"{why} (today {knob.shown(knob.values)})")
+    return Remedy(f"{knob.key}={values}", False, f"{why} (today {knob.told(knob.values)})")

@@ -11,8 +11,9 @@ import numpy as np
 
 from gm_ompl.diagnosis.instants import Explainer
 from gm_ompl.diagnosis.values import InstantLine, SetLine, Stretch
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
-from gm_ompl.motion.arc import Moment
+from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Placements, Problem
 
@@ -83,12 +84,15 @@ def blocked_at(
     shown = (arc.start, arc.end, *(moment.pose for moment in arc.middles(P)))
     if not all(judge.placements_valid(pose, placements) for pose in shown):
         return None
-    for count in LOOKS:
-        for k in range(count):
-            t = (k + 0.5) / count
-            if not judge.placements_valid(arc.pose(t), placements):
-                return between(tail, head, t)
-    return between(tail, head, 0.5)
+    return between(tail, head, hit_on(judge, arc, placements))
+
+
+def hit_on(judge: Judge, arc: Arc, placements: Placements) -> float:
+    """Return t where something penetrates on an arc that is blocked; its middle if none shows."""
+    ends = (0.0, 1.0)
+    looks = ((k + 0.5) / count for count in LOOKS for k in range(count))
+    hits = (t for t in (*ends, *looks) if not judge.placements_valid(arc.pose(t), placements))
+    return next(hits, 0.5)
 
 
 def whole_lane(explainer: Explainer, placements: Placements) -> SetLine:

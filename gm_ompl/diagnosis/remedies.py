@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Iterator
+from shlex import quote
 from typing import Any
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.diagnosis.instants import Explainer
-from gm_ompl.diagnosis.knobs import Answer, Holds, Words, knobs, least
+from gm_ompl.diagnosis.knobs import Holds, TrialOutcome, Words, knobs, least
+from gm_ompl.diagnosis.narrower import narrower
 from gm_ompl.diagnosis.regions import Region
 from gm_ompl.diagnosis.values import Attempt, Remedy, SetLine
 from gm_ompl.errors import LimitError, ScenarioError
@@ -23,6 +26,7 @@ from gm_ompl.planners.planner import Budget, Progress, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.uncertainty.ranges import Uncertainty
 
 SAMPLER = "HybridRRTConnect"
 """The planner that is not bound to the lattice."""
@@ -86,6 +90,17 @@ def sampled(problem: Problem, lattice: Status, seconds: float, seed: int) -> Att
     return Attempt("sampler", status.value, sentence)
 
 
+def certain(problem: Problem, seconds: float) -> Attempt:
+    """Return what a search finds where all is known exactly that the problem gives ranges of."""
+    status = search(dataclasses.replace(problem, uncertainty=Uncertainty()), seconds)
+    sentence = {
+        Status.SOLVED: "were all known exactly there would be a plan on the lattice: it is the "
+        "ranges in uncertainty that leave none",
+        Status.INFEASIBLE: "even were all known exactly there would be none on the lattice",
+    }.get(status, "whether there is one were all known exactly was not settled in its time")
+    return Attempt("no uncertainty", status.value, sentence)
+
+
 def finer(scenario: Scenario, seconds: float) -> Attempt | None:
     """Return what a search on a lattice twice as fine finds; None where there can be no such."""
     change, tree = _twice_as_fine(scenario)
@@ -95,7 +110,7 @@ def finer(scenario: Scenario, seconds: float) -> Attempt | None:
         return None
     status = search(problem, seconds)
     sentence = {
-        Status.SOLVED: f"a lattice twice as fine has a plan: --set {change}",
+        Status.SOLVED: f"a lattice twice as fine has a plan: --set {quote(change)}",
         Status.INFEASIBLE: "a lattice twice as fine has none either, which is proven",
     }.get(status, "whether a lattice twice as fine has one was not settled in its time")
     return Attempt("finer lattice", status.value, sentence, change)
@@ -114,7 +129,11 @@ def _twice_as_fine(scenario: Scenario) -> tuple[str, dict[str, Any]]:
     }
     tree["lattice"]["steps"] = halves
     shown = ", ".join(f"{key}: {value}" for key, value in halves.items())
-    return f"lattice.steps={{{shown}}}", tree
+    depth = tree["lattice"].get("depth")
+    if depth is None:
+        return f"lattice.steps={{{shown}}}", tree
+    tree["lattice"]["depth"] = 2 * depth  # as far as before takes twice the arcs
+    return f"lattice={{steps: {{{shown}}}, depth: {2 * depth}}}", tree
 
 
 SHORTEST = 0.02
@@ -124,7 +143,7 @@ PLAN = Words("a plan exists", "none on the lattice", "none found")
 ON_LATTICE = Words("a plan on the lattice exists", "none on the lattice", "none found")
 KEPT = Words("these placements hold", "not", "not known")
 
-_ANSWERS = {Status.SOLVED: Answer.YES, Status.INFEASIBLE: Answer.NO}
+_ANSWERS = {Status.SOLVED: TrialOutcome.YES, Status.INFEASIBLE: TrialOutcome.NO}
 
 
 def for_placements(
@@ -140,15 +159,15 @@ def for_placements(
     if Finding.GEOMETRY in findings:
         return
 
-    def holds(changed: Problem, seconds: float) -> Answer:
+    def holds(changed: Problem, seconds: float) -> TrialOutcome:
         judge = Judge(changed, make_backend(changed))
         explainer = Explainer(changed, judge, Limits(seconds).passed)
         region = Region(explainer, placements, backwards=False)
         if region.arrived:
-            return Answer.YES
-        return Answer.UNKNOWN if region.cut_short else Answer.NO
+            return TrialOutcome.YES
+        return TrialOutcome.UNKNOWN if region.cut_short else TrialOutcome.NO
 
-    today = Answer.UNKNOWN if line.cut_short else Answer.NO
+    today = TrialOutcome.UNKNOWN if line.cut_short else TrialOutcome.NO
     yield from _turned(problem, holds, KEPT, today, deadline)
 
 
@@ -169,23 +188,23 @@ def for_scenario(
     if len(np.unique(table.face)) < len(face_labels(problem.body)):
         yield from _all_faces(scenario, deadline.part(0.25, 5.0))
 
-    def holds(changed: Problem, seconds: float) -> Answer:
+    def holds(changed: Problem, seconds: float) -> TrialOutcome:
         status = search(changed, seconds / 2 if off_lattice else seconds)
         if status is Status.BUDGET and off_lattice:
             sampler = search(changed, seconds / 2, SAMPLER, max_iterations=SAMPLER_ITERATIONS)
-            return Answer.YES if sampler is Status.SOLVED else Answer.UNKNOWN
-        return _ANSWERS.get(status, Answer.UNKNOWN)
+            return TrialOutcome.YES if sampler is Status.SOLVED else TrialOutcome.UNKNOWN
+        return _ANSWERS.get(status, TrialOutcome.UNKNOWN)
 
     words = PLAN if off_lattice else ON_LATTICE
-    now = _ANSWERS.get(today, Answer.UNKNOWN)
+    now = _ANSWERS.get(today, TrialOutcome.UNKNOWN)
     yield from _turned(problem, holds, words, now, deadline)
 
 
 def _turned(
-    problem: Problem, holds: Holds, words: Words, today: Answer, deadline: Limits
+    problem: Problem, holds: Holds, words: Words, today: TrialOutcome, deadline: Limits
 ) -> Iterator[Remedy]:
     """Yield the least change of each value by itself."""
-    every = list(knobs(problem))
+    every = [*knobs(problem), *narrower(problem)]
     for k, knob in enumerate(every):
         if deadline.left() < SHORTEST:
             return

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,10 +13,12 @@ from gm_ompl.diagnosis.values import FacesLine, SetLine, Survey
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import PlacementSets, placement_sets
-from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
+
+_Part = TypeVar("_Part")
 
 COUNTED = 300_000
 """Sets at one configuration that are all listed; of larger hands' sets some are drawn."""
@@ -27,19 +30,27 @@ Scored = tuple[Placements, Finding | None, float | None, float]
 """A set, what blocks it first (None where nothing does), z / z_min there, how far it came."""
 
 
+def known(parts: Iterable[_Part]) -> Iterator[_Part]:
+    """Yield the parts that are found before a limit in force is reached."""
+    try:
+        yield from parts
+    except LimitError:
+        return
+
+
 def sets_at(
     problem: Problem,
     judge: Judge,
-    q: Coordinates,
+    pose: Pose,
     required: tuple[int | None, ...],
     samples: int,
     rng: np.random.Generator,
 ) -> tuple[list[Placements], int | None]:
-    """Return at most ``samples`` sets valid at ``q``, and how many there are (None: unknown).
+    """Return at most ``samples`` sets valid at ``pose``, and how many there are (None: unknown).
 
     They come in random order, so that the first of them are a sample, too.
     """
-    geometry = judge.node(problem.motion.pose(q))
+    geometry = judge.node(pose)
     if not geometry.object_free:
         return [], 0
     allowed = restricted(geometry.free, required)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from gm_ompl.diagnosis.free_values import Explored, Place
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.writing import plain
 
@@ -42,6 +43,8 @@ class InstantLine:
         ratio: z / z_min; 0 without equilibrium, None where it is not known or z_min is 0.
         limit: in words, the disturbance that limits z.
         modes: every combination of modes, where geometry holds.
+        place: with free motion, where the object is.
+        moving: with free motion, what it does there, in words; None at rest.
     """
 
     q: tuple[float, ...]
@@ -52,6 +55,8 @@ class InstantLine:
     ratio: float | None = None
     limit: str | None = None
     modes: tuple[ModeLine, ...] = ()
+    place: Place | None = None
+    moving: str | None = None
 
 
 @dataclass(frozen=True)
@@ -84,9 +89,9 @@ class SetLine:
         backward: the first that fails coming back from the goal; None where none does.
         stretches: all that fails along a path; empty in the plane.
         ratio: least z / z_min where geometry holds; None where nothing was judged.
-        nodes_from_start: in the plane, nodes reached from the start without regrasping.
-        nodes_to_goal: in the plane, nodes from which the goal is reached without regrasping.
-        cut_short: in the plane, whether there may be more nodes: ``holds`` is not settled then.
+        nodes_from_start: without a path, nodes reached from the start without regrasping.
+        nodes_to_goal: without a path, nodes from which the goal is reached without regrasping.
+        cut_short: without a path, whether there may be more nodes: ``holds`` is not settled then.
     """
 
     placements: tuple[str, ...]
@@ -161,10 +166,10 @@ class Remedy:
 
 @dataclass(frozen=True)
 class Attempt:
-    """A search that is not bound to the scenario's lattice.
+    """A search that is not bound to the scenario's lattice, or not to its ranges.
 
     Attributes:
-        kind: "sampler" or "finer lattice".
+        kind: "sampler", "finer lattice" or "no uncertainty".
         status: how it ended, as in plan files.
         sentence: what follows from that.
         change: of the scenario, as for ``--set``; None where it is as it was.
@@ -207,6 +212,7 @@ class Explanation:
         instants: the given placements at the given coordinates.
         placements: the given placements along the motion.
         surveys: over many sets, where no placements were given.
+        explored: with free motion, what the object reaches by itself and held by fingers.
         remedies: what was tried.
     """
 
@@ -219,6 +225,7 @@ class Explanation:
     instants: tuple[InstantLine, ...] = ()
     placements: SetLine | None = None
     surveys: tuple[Survey, ...] = ()
+    explored: tuple[Explored, ...] = ()
     remedies: tuple[Remedy, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -79,7 +80,6 @@ class Judge:
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
-        self.clear = self._clearances()
         self.reach = Reach(problem, self._centres)
         each = 400 + len(hand.placements) * len(self._centres)
         self._pose_classes = PoseClasses(problem)
@@ -88,7 +88,15 @@ class Judge:
         self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
         self._environments = Memo[Hashable, int](each)
 
-    def _clearances(self) -> tuple[tuple[BoolArray | None, ...], ...]:
+    def least_distances(self) -> Array:
+        """Return how far the centres of any two fingertips must be apart (n, n)."""
+        return np.array(
+            [[self._scene.least_distance(a, b) for b in self._radii] for a in self._radii]
+        )
+
+    @cached_property
+    def clear(self) -> tuple[tuple[BoolArray | None, ...], ...]:
+        """Which fingertips do not penetrate each other, see the class."""
         rows, kinds = len(self.problem.fingers.placements), len(self._centres)
         if len(self._radii) < 2:
             return ((None,),) * len(self._radii)

@@ -11,11 +11,14 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
+from gm_ompl.feasibility.case_decider import CaseDecider
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
+from gm_ompl.mechanics.case_alternatives import Choices
 from gm_ompl.mechanics.central import Answer, settle_commands
+from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.problem import Placements, Problem
@@ -47,7 +50,9 @@ class KernelBackend:
         self._weight = problem.mass * settings.gravity / self.scale
         self._f_max = hand.max_normal_force / self.scale
         self._kinds = finger_kinds(problem)
-        self._tips = self._tip_columns()
+        self._cases = CaseDecider(problem, self._U) if problem.uncertainty else None
+        # Cuts of the first case's fingertips: what bounds one case bounds the worst.
+        self._tips = self._tip_columns() if self._cases is None else self._cases.tips.tables[0]
         self._numbers: dict[bytes, int] = {}
         self._contacts: list[ContactState] = []
         self._env: list[Array] = []
@@ -75,6 +80,8 @@ class KernelBackend:
                 columns.environment_columns(contacts, mu, settings.cone_edges, self._U)
             )
             self._load.append(columns.load(contacts.rotation, self._weight, self._U))
+            if self._cases is not None:
+                self._cases.register(contacts)
         return number
 
     def contacts(self, environment: int) -> ContactState:
@@ -111,10 +118,15 @@ class KernelBackend:
     ) -> ModeDecision | None:
         self.decisions += 1
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
-        answer = modes.decide(
-            self._env[environment], load, self._tips, hand, np.array(placements, dtype=np.int64),
-            self._f_max, DIRECTIONS, below / self.scale, -1, -1, f_com, y,
-        )  # fmt: skip
+        rows = np.array(placements, dtype=np.int64)
+        if self._cases is None:
+            answer = modes.decide(
+                self._env[environment], load, self._tips, hand, rows, self._f_max, DIRECTIONS,
+                below / self.scale, -1, -1, NO_RECORD, f_com, y,
+            )  # fmt: skip
+        else:
+            answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
+            load = self._cases.load(environment, number)
         if len(hand) == len(self._f_max):
             self.pool.add(environment, load, y)
         return self._decision(environment, hand, placements, answer, f_com)
@@ -123,7 +135,7 @@ class KernelBackend:
         self, environment: int, hand: IntArray, rows: Placements, answer: Answer, f_com: Array
     ) -> ModeDecision | None:
         """Return the decision that the kernel's answer is, None where it proves nothing."""
-        if answer[1] == 0.0:  # f_com is left free
+        if answer[1] == 0.0 and self._cases is None:  # f_com is left free
             settle_commands(
                 self._env[environment], self._load[environment],
                 self._tips[hand, np.array(rows, dtype=np.int64)], self._f_max[hand],
@@ -174,6 +186,10 @@ class KernelBackend:
         if K == 0:
             return []
         self.decisions += K
+        if self._cases is not None:
+            answers, numbers = self._cases.decide_many(which, rows, below)
+            loads = [self._cases.load(*pair) for pair in zip(which, numbers, strict=True)]
+            return [self._answer(int(which[k]), rows[k], answers, k, loads[k]) for k in range(K)]
         first = np.cumsum([0, *(len(env) for env in self._env)])
         states = States(np.concatenate(self._env), first, np.stack(self._load))
         answers = unanswered(K, rows.shape[1])
@@ -185,11 +201,14 @@ class KernelBackend:
             )  # fmt: skip
 
         share_out(work, K)
-        return [self._answer(int(which[k]), rows[k], answers, k) for k in range(K)]
+        loads = [self._load[state] for state in which]
+        return [self._answer(int(which[k]), rows[k], answers, k, loads[k]) for k in range(K)]
 
-    def _answer(self, environment: int, rows: IntArray, answers: Decisions, k: int) -> ModeDecision:
-        """Return decision ``k`` and keep the cut that it leaves."""
-        self.pool.add(environment, self._load[environment], answers.wrenches[k])
+    def _answer(
+        self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array
+    ) -> ModeDecision:
+        """Return decision ``k`` and keep the cut that it leaves, under the load (6,)."""
+        self.pool.add(environment, load, answers.wrenches[k])
         answer = (
             int(answers.ends[k]), float(answers.zs[k]), int(answers.directions[k]),
             int(answers.masks[k]),
@@ -221,13 +240,24 @@ class KernelBackend:
 
     def alternatives(
         self, environment: int, fingers: tuple[int, ...], placements: Placements
-    ) -> Alternatives:
+    ) -> Choices:
         """Return what Sec. 3.4 could have chosen; arguments as for ``decide``."""
         hand = self._hand(fingers)[1]
+        if self._cases is not None:
+            rows = np.array(placements, dtype=np.int64)
+            return self._cases.alternatives(environment, hand, rows)
         return Alternatives(
             self.scale, self._env[environment], self._load[environment],
             self._tips[hand, np.array(placements, dtype=np.int64)], self._f_max[hand],
         )  # fmt: skip
+
+    def columns(self, environment: int) -> tuple[Array, Array, Array, Array]:
+        """Return what acts at a contact state, forces over ``scale``.
+
+        The environment's columns (e, 6), the load (6,), all fingers' columns for unit normal force
+        at all placements (n, P, s, 6), and f_max (n,).
+        """
+        return self._env[environment], self._load[environment], self._tips, self._f_max
 
     def decided(self) -> list[Key]:
         """Return what was decided: per decision the contact state, fingers and placements.

@@ -6,6 +6,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
+from gm_ompl.arrays import Array
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.sweep import Sweep
@@ -28,8 +29,10 @@ def contact_key(contacts: ContactState, diagonal: float) -> bytes:
 
     The order of the contacts does not matter.
     """
-    columns = (contacts.points / diagonal, contacts.normals, contacts.slip)
+    columns: list[Array] = [contacts.points / diagonal, contacts.normals, contacts.slip]
     # Adding zero turns -0.0 into 0.0: they are different bytes.
+    if contacts.surfaces.any():
+        columns.append(contacts.surfaces[:, None].astype(np.float64))
     rows = np.round(np.concatenate(columns, axis=1), DECIMALS) + 0.0
     rotation = np.round(contacts.rotation, DECIMALS) + 0.0
     return rows[np.lexsort(rows.T)].tobytes() + rotation.tobytes()

@@ -18,7 +18,7 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
-from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.case_alternatives import Choices
 
 
 class Side(NamedTuple):
@@ -29,7 +29,7 @@ class Side(NamedTuple):
         instant: for the reference, made when it is asked.
     """
 
-    hand: Alternatives
+    hand: Choices
     instant: Callable[[], Instant]
 
 
@@ -84,12 +84,11 @@ class Link:
             return True
         # Imported late: it loads HiGHS, and is seldom needed.
         from gm_ompl.reference.junction import equilibrium
-        from gm_ompl.reference.statics import statics
 
         left = iter(forces.tolist())
         f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
         try:
-            held = equilibrium(statics(self.sides[k].instant()), self.modes, f_com)
+            held = equilibrium(self.sides[k].instant(), self.modes, f_com)
         except SolverError:
             held = False
         if not held and found is not None:

@@ -2,7 +2,7 @@
 
 A placement is reachable where the fingertip's sphere can get there from far away through free
 space. The air around the object falls into components: what is outside, and pockets. A finger goes
-from one placement to another in the same component. Straight ways are tried first; where they
+from one placement to another in the same component. StraightWays ways are tried first; where they
 fail, a grid of sphere centres is flooded, ever finer: gaps that are less than
 ``Fingers.clearance`` wider than the fingertip may count as closed, others do not.
 """
@@ -18,7 +18,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.caches import Memo
 from gm_ompl.feasibility.keys import PoseClasses
-from gm_ompl.feasibility.space import Label, Part, Space, Straight, straight_out
+from gm_ompl.feasibility.space import Label, Part, Space, StraightWays, straight_out
 from gm_ompl.geometry.air import FreeAir
 from gm_ompl.geometry.flood import for_ever, straight_ways
 from gm_ompl.geometry.pose import Pose
@@ -77,7 +77,7 @@ class Reach:
         self._classes = None if self._obstacles else PoseClasses(problem)
         each = 400 + 50 * len(hand.placements)
         self._airs = Memo[tuple[object, float], FreeAir](20_000 + 5_000 * len(self._obstacles))
-        self._straight = Memo[tuple[object, float], Straight](each)
+        self._straight = Memo[tuple[object, float], StraightWays](each)
         self._at_once = Memo[tuple[object, ...], BoolArray](400 + len(hand.placements))
         self._spaces = Memo[tuple[object, ...], Space](SPACE_BYTES)
         self._answers = Memo[tuple[object, ...], Answer](400)
@@ -129,10 +129,10 @@ class Reach:
         tips = [self._centres[radius][row] for radius, (_, row) in zip(radii, staying, strict=True)]
         return air.beside(np.array(tips), np.array(radii))
 
-    def _ways_out(self, pose: Pose, finger: int) -> Straight:
+    def _ways_out(self, pose: Pose, finger: int) -> StraightWays:
         return self._straight.of(self._alone(pose, finger), lambda: self._found(pose, finger))
 
-    def _found(self, pose: Pose, finger: int) -> Straight:
+    def _found(self, pose: Pose, finger: int) -> StraightWays:
         table, here = self._problem.fingers.placements, self._centres[self._radii[finger]]
         return straight_out(self._air(pose, finger, ()), here, table, self.heights(finger))
 

@@ -68,6 +68,10 @@ class Fills:
             label = Label.OUTSIDE
         self._labels.update(dict.fromkeys(flood.parents, label))
 
+    def __len__(self) -> int:
+        """Return how many nodes were looked at."""
+        return len(self._labels)
+
     def __contains__(self, node: object) -> bool:
         """Whether a node is known to be outside."""
         return self._labels.get(node) is Label.OUTSIDE  # type: ignore[call-overload]
@@ -92,8 +96,13 @@ class Space:
             if CELL * level * finest < air.radius
         ]
 
+    @property
+    def nodes(self) -> int:
+        """How many nodes were looked at so far, of all grids."""
+        return sum(len(fills) for fills in (*self.swept, *self.closed))
 
-class Straight(NamedTuple):
+
+class StraightWays(NamedTuple):
     """Ways out without a grid: off along the normal, and from there straight on for ever.
 
     Attributes:
@@ -107,7 +116,7 @@ class Straight(NamedTuple):
     found: BoolArray
 
 
-def straight_out(air: FreeAir, here: Array, table: PlacementTable, heights: Array) -> Straight:
+def straight_out(air: FreeAir, here: Array, table: PlacementTable, heights: Array) -> StraightWays:
     """Return the straight ways out of all placements.
 
     Args:
@@ -120,13 +129,15 @@ def straight_out(air: FreeAir, here: Array, table: PlacementTable, heights: Arra
     away = for_ever(air)
     corner, end = here.copy(), here - away * table.normals
     found = air.clear(here, end, table.piece)
+    rows = np.flatnonzero(~found)
     for height in heights.tolist():
-        rows = np.flatnonzero(~found)
+        off = here[rows] - height * table.normals[rows]
+        free = air.clear(here[rows], off, table.piece[rows])
+        rows, off = rows[free], off[free]  # what stops a fingertip here stops it farther off, too
         if not len(rows):
             break
-        off = here[rows] - height * table.normals[rows]
         on = off + away * air.up
-        out = air.clear(here[rows], off, table.piece[rows])
-        out[out] = air.clear(off[out], on[out])
+        out = air.clear(off, on)
         found[rows[out]], corner[rows[out]], end[rows[out]] = True, off[out], on[out]
-    return Straight(corner, end, found)
+        rows = rows[~out]
+    return StraightWays(corner, end, found)

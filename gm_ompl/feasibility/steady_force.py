@@ -17,7 +17,7 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.links import Link, failing
-from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.case_alternatives import Choices
 
 ROUNDS = 40
 """Linear programs per plan; instants not settled by then keep the f_com that is best for z."""
@@ -42,7 +42,7 @@ class Undecided:
         limits: f_max of the force-controlled fingers.
     """
 
-    alternatives: Alternatives
+    alternatives: Choices
     decision: ModeDecision
     fingers: tuple[int, ...]
     least: float

@@ -11,12 +11,14 @@ from gm_ompl.contact.decision import ModeDecision, Outcome
 class Finding(enum.Enum):
     """What the acceptance test of Sec. 4.2 found; the value is a sentence for the user."""
 
-    HOLDS = "z reaches z_min"
+    HOLDS = "the margin z reaches z_min"
     GEOMETRY = "the object or a fingertip penetrates something"
     POCKET = "a fingertip is in a pocket: no way through the air leads there"
-    INTERNAL_FORCE = "every choice of modes could build up excessive internal force"
-    NO_EQUILIBRIUM = "no choice of modes that passes Problem (5) reaches equilibrium"
-    UNSTABLE = "z is below z_min"
+    INTERNAL_FORCE = "every choice of modes lets fingers squeeze without bound: internal force (5)"
+    NO_EQUILIBRIUM = (
+        "no choice of modes free of excessive internal force (5) balances the object (3)"
+    )
+    UNSTABLE = "the margin z is below z_min"
     UNDECIDED = "no answer could be proven"
 
 

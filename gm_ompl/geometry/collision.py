@@ -118,7 +118,7 @@ class Scene:
         self, centres_a: Array, radius_a: float, centres_b: Array, radius_b: float
     ) -> BoolArray:
         """Return (A, B), which fingertips at (A, 3) and (B, 3) do not penetrate each other."""
-        least = max(radius_a + radius_b - EXACT * self._D, 0.0)
+        least = self.least_distance(radius_a, radius_b)
         apart = np.empty((len(centres_a), len(centres_b)), dtype=bool)
         at_once = max(1, PAIRS // max(1, len(centres_b)))
         for first in range(0, len(centres_a), at_once):
@@ -127,6 +127,10 @@ class Scene:
             steps = centres_a[part, None, :] - centres_b[None, :, :]
             apart[part] = np.einsum("abk,abk->ab", steps, steps) >= least**2
         return apart
+
+    def least_distance(self, radius_a: float, radius_b: float) -> float:
+        """Return how far apart the centres of two fingertips are that do not penetrate."""
+        return max(radius_a + radius_b - EXACT * self._D, 0.0)
 
     def near(self, low: Array, high: Array) -> IntArray:
         """Return the obstacle pieces whose bounding box reaches into the given one."""

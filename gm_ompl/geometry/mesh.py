@@ -100,7 +100,13 @@ def _loaded(path: Path) -> trimesh.Trimesh:
         raise GeometryError(
             f"{path}: is no {kind} mesh that can be read: {reason}; {advice}"
         ) from None
-    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+    empty = not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces)
+    if empty and kind == "STL":  # it can hold nothing else
+        raise GeometryError(
+            f"{path}: is no {kind} mesh that can be read: no triangle is found in it; {advice}; "
+            "save a surface (no points or lines)"
+        )
+    if empty:
         raise GeometryError(
             f"{path}: holds no triangles; save a surface (no points, lines or empty scene)"
         )

@@ -1,153 +1,38 @@
 """What penetrates nothing anywhere along a motion, not at some places of it alone.
 
-Two convex bodies are clear of each other over a stretch of time where one plane, a face's of either
-or one spanned by an edge of each, separates them throughout. Where no plane does, the stretch is
-halved, until the bodies penetrate each other in its middle or every part is clear.
+Two convex bodies are clear of each other over a stretch of time where one plane separates them
+throughout (``stretches``). Where no plane does, the stretch is halved, until the bodies penetrate
+each other in its middle or every part is clear.
 """
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray, cross
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.geometry.collision import EXACT, Scene, allowed_depth
-from gm_ompl.geometry.pose import rotation_about
-from gm_ompl.geometry.separation import crossed_edges
-from gm_ompl.geometry.solids import ConvexPiece
-from gm_ompl.geometry.sweep import Sweep, Waves, heights, turned
+from gm_ompl.geometry.packed import (
+    Drive,
+    Hull,
+    Hulls,
+    drive,
+    moved,
+    one,
+    packed,
+    placed,
+    way_box,
+)
+from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
+from gm_ompl.geometry.sweep import Sweep
+from gm_ompl.geometry.vectors import dot, minus
 
-Stretch: TypeAlias = tuple[float, float]
-"""From one t to another."""
-
-TRIED = 4
-"""Planes tried per stretch and kind: those with the widest gap in its middle."""
-
-
-class MovingPiece:
-    """A convex piece of the object along a motion, world frame at its start.
-
-    Args:
-        piece: the piece, object frame.
-        sweep: the motion.
-
-    Attributes:
-        sweep: likewise.
-        arms: (v, 3), its corners from the pivot.
-        normals: (f, 3), of its faces, outward.
-        offsets: (f,), of their planes from the pivot.
-        edges: (e, 3), directions.
-    """
-
-    def __init__(self, piece: ConvexPiece, sweep: Sweep) -> None:
-        turn = sweep.start.rotation.T
-        self.sweep, self.arms = sweep, sweep.arms(piece.vertices)
-        self.normals = piece.face_normals @ turn
-        arm = sweep.start.position - sweep.pivot
-        self.offsets = piece.face_offsets + self.normals @ arm
-        self.edges = piece.edge_directions @ turn
-
-    def planes(self, other: ConvexPiece) -> Planes:
-        """Return the planes between this piece and a fixed one."""
-        return Planes(self, other)
-
-
-class Planes:
-    """All planes that may separate one pair; heights are positive on the clear side."""
-
-    def __init__(self, mover: MovingPiece, other: ConvexPiece) -> None:
-        self._mover, self._other = mover, other
-        over = heights(mover.sweep, mover.arms, other.face_normals, other.face_offsets)
-        self._faces = (over, self._moving_faces())
-
-    def clear(self, stretch: Stretch, depth: float) -> bool | None:
-        """Whether the pair is clear over ``stretch``; None where its halves must be asked."""
-        middle = (stretch[0] + stretch[1]) / 2.0
-        deepest = -np.inf
-        for waves in self._faces:
-            gaps = waves.at(middle).min(axis=1)
-            deepest = max(deepest, float(gaps.max()))
-            best = np.flatnonzero(gaps >= -depth)
-            best = best[np.argsort(-gaps[best])[:TRIED]]
-            if len(best) and waves.rows(best).least(*stretch).min(axis=1).max() >= -depth:
-                return True
-        gap, pair = self._widest_edges(middle)
-        if max(deepest, gap) < -depth:
-            return False
-        if gap >= -depth and pair is not None and self._spanned(pair, stretch, depth):
-            return True
-        return None
-
-    def _moving_faces(self) -> Waves:
-        """The fixed corners over the moving faces, (faces, corners)."""
-        mover, sweep = self._mover, self._mover.sweep
-        a, b, c = turned(sweep.axis, mover.normals, self._other.vertices - sweep.pivot)
-        rising = None
-        if sweep.drift.any():
-            d, e, f = turned(sweep.axis, mover.normals, -sweep.drift[None])
-            rising = (d.T, e.T, f.T)
-        return Waves(sweep.angle, (a.T - mover.offsets[:, None], b.T, c.T), rising)
-
-    def _widest_edges(self, t: float) -> tuple[float, tuple[Array, Array, Array, Array] | None]:
-        """Return the widest gap at ``t`` across a plane of two edges, and how it is spanned.
-
-        That is: the moving edge at the start, signed; the fixed edge; the arm of the moving corner
-        and the fixed corner that are nearest to the plane.
-        """
-        mover, other, sweep = self._mover, self._other, self._mover.sweep
-        edges = mover.edges @ rotation_about(sweep.axis, t * sweep.angle).T
-        mine, theirs = sweep.moved(mover.arms, t), other.vertices
-        widest, found = -np.inf, None
-        for numbers, axes in crossed_edges(edges, other.edge_directions):
-            if not len(numbers):
-                continue
-            of_mine, of_theirs = axes @ mine.T, axes @ theirs.T
-            ahead = of_mine.min(axis=1) - of_theirs.max(axis=1)
-            behind = of_theirs.min(axis=1) - of_mine.max(axis=1)
-            k = int(np.maximum(ahead, behind).argmax())
-            gap = float(max(ahead[k], behind[k]))
-            if gap > widest:
-                sign = 1.0 if ahead[k] >= behind[k] else -1.0
-                i, j = divmod(int(numbers[k]), len(other.edge_directions))
-                near = int((sign * of_mine[k]).argmin()), int((sign * of_theirs[k]).argmax())
-                widest, found = gap, (
-                    sign * mover.edges[i], other.edge_directions[j],
-                    mover.arms[near[0]], theirs[near[1]],
-                )  # fmt: skip
-        return widest, found
-
-    def _spanned(
-        self, pair: tuple[Array, Array, Array, Array], stretch: Stretch, depth: float
-    ) -> bool:
-        """Whether the plane that two edges span separates throughout ``stretch``.
-
-        Its normal is n = R e x f, R the turn, e the moving edge, f the fixed one. Written out,
-        every height over it is linear in R.
-        """
-        mover, sweep = self._mover, self._mover.sweep
-        e, f, _, corner = pair
-        axis, lever = sweep.axis, cross(f, sweep.pivot - corner)
-        # n . (x - corner) for a moving x = pivot + t drift + R arm.
-        one = turned(axis, e[None], lever[None])
-        two = turned(axis, cross(mover.arms, e), f[None])
-        rising = None
-        if sweep.drift.any():
-            rising = turned(axis, e[None], cross(f, sweep.drift)[None])
-        a, b, c = (u + v for u, v in zip(one, two, strict=True))
-        above = Waves(sweep.angle, (a, b, c), rising).least(*stretch).min()
-        arms = cross(f, self._other.vertices - corner)
-        below = (-Waves(sweep.angle, turned(axis, e[None], arms))).least(*stretch).min()
-        along = Waves(sweep.angle, turned(axis, e[None], f[None]))
-        cosine = -min(along.least(*stretch).min(), (-along).least(*stretch).min())
-        length = np.sqrt(max(0.0, 1.0 - float(cosine) ** 2))
-        return bool(above + below >= -depth * length)
-
-
-SHORTEST = 1e-9
+SHORTEST: Final = 1e-9
 """A stretch of time so short that is still undecided counts as blocked."""
 
-MOST_STRETCHES = 500
+MOST_STRETCHES: Final = 500
 """Stretches looked at for one pair: a contact that no plane keeps would take them without end."""
 
 
@@ -159,21 +44,15 @@ class SweptScene:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._scene, self._D = scene, scene.body.diagonal
+        self._depth, self._floor, self._D = scene.depth, scene.floor, scene.body.diagonal
+        self._body, self._obstacles = packed(scene.body.pieces), packed(scene.obstacles)
+        allowed = [allowed_depth(self._D, piece) for piece in scene.obstacles]
+        self._allowed = np.array([EXACT * self._D, *allowed])
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
-        for piece in self._scene.body.pieces:
-            arms = sweep.arms(piece.vertices)
-            if self._scene.floor and float(_heights(sweep, arms).min()) < -self._scene.depth:
-                return False
-            mover: MovingPiece | None = None
-            for j in self._near(sweep, arms, 0.0).tolist():
-                mover = mover or MovingPiece(piece, sweep)
-                other = self._scene.obstacles[j]
-                if not _pair_clear(mover, other, self._scene.depth):
-                    return False
-        return True
+        here = placed(self._body, sweep.start.rotation, sweep.start.position)
+        return body_clear(here, drive(sweep), self._obstacles, self._floor, self._depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
         """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
@@ -183,93 +62,152 @@ class SweptScene:
             centres: (P, 3), the fingertips' centres, object frame.
             radius: their radius.
         """
-        free = np.ones(len(centres), dtype=bool)
-        if not len(centres):
-            return free
-        arms = sweep.arms(centres)
-        if self._scene.floor:
-            free &= _heights(sweep, arms) >= radius - EXACT * self._D
-        for j in self._near(sweep, arms, radius).tolist():
-            rows, piece = np.flatnonzero(free), self._scene.obstacles[j]
-            least = radius - allowed_depth(self._D, piece)
-            free[rows] = _tips_clear(sweep, arms[rows], piece, least)
+        free, here = np.ones(len(centres), dtype=np.bool_), sweep.start.apply(centres)
+        tips_clear(here, drive(sweep), self._obstacles, self._floor, radius - self._allowed, free)
         return free
 
-    def _near(self, sweep: Sweep, arms: Array, margin: float) -> IntArray:
-        """Return the obstacle pieces in whose bounding box points with ``arms`` may come."""
-        if not len(self._scene.obstacles):
-            return np.zeros(0, dtype=np.int64)
-        ends = np.concatenate([sweep.moved(arms, 0.0), sweep.moved(arms, 1.0)])
-        margin += sweep.sagitta(arms)
-        low, high = ends.min(axis=0) - margin, ends.max(axis=0) + margin
-        return self._scene.near(low, high)
 
-
-def _heights(sweep: Sweep, arms: Array) -> Array:
-    """Return the least heights (n,) over the floor along ``sweep``."""
-    over = heights(sweep, arms, np.array([[0.0, 0.0, 1.0]]), np.zeros(1))
-    least: Array = over.least(0.0, 1.0)[0]
-    return least
-
-
-def _pair_clear(mover: MovingPiece, other: ConvexPiece, depth: float) -> bool:
-    """Whether the object's piece penetrates ``other`` nowhere by more than ``depth``."""
-    planes = mover.planes(other)
-    left: list[Stretch] = [(0.0, 1.0)]
-    for _ in range(MOST_STRETCHES):
-        if not left:
-            return True
-        first, last = left.pop()
-        clear = planes.clear((first, last), depth)
-        if clear is None and last - first > SHORTEST:
-            middle = (first + last) / 2.0
-            left += [(first, middle), (middle, last)]
-        elif not clear:
+@compiled
+def body_clear(here: Hulls, motion: Drive, obstacles: Hulls, floor: bool, depth: float) -> bool:
+    """Whether a body, given at t = 0, penetrates neither floor nor obstacles by over ``depth``."""
+    for k in range(len(here.low)):
+        mover = one(here, k)
+        if floor and lowest(mover.vertices, motion) < -depth:
             return False
-    return not left
+        low, high = way_box(mover.vertices, motion, 1.0)
+        for j in range(len(obstacles.low)):
+            if boxes_meet(low, high, obstacles, j, 0.0) and not pair_clear(
+                mover, motion, one(obstacles, j), depth
+            ):
+                return False
+    return True
 
 
-def _tips_clear(sweep: Sweep, arms: Array, piece: ConvexPiece, least: float) -> BoolArray:
-    """Return which points (P,) with ``arms`` stay at least ``least`` away from a piece."""
-    clear = np.ones(len(arms), dtype=bool)
-    waves = heights(sweep, arms, piece.face_normals, piece.face_offsets)
-    left: list[tuple[Stretch, IntArray]] = [((0.0, 1.0), np.arange(len(arms)))]
+@compiled
+def boxes_meet(low: Array, high: Array, hulls: Hulls, j: int, margin: float) -> bool:
+    """Whether a box (3,), (3,) reaches to within ``margin`` of the one around piece ``j``."""
+    for k in range(3):
+        if low[k] - margin > hulls.high[j, k] or hulls.low[j, k] > high[k] + margin:
+            return False
+    return True
+
+
+@compiled
+def lowest(points: Array, motion: Drive) -> float:
+    """Return the least height over the floor of points (n, 3) along a motion."""
+    up, found, over = np.array([0.0, 0.0, 1.0]), np.inf, stretch(0.0, 1.0, motion.angle)
+    for i in range(len(points)):
+        still, rising = height(motion, points[i], up, 0.0)
+        found = min(found, least(still, rising, over))
+    return found
+
+
+@inlined
+def pair_clear(mover: Hull, motion: Drive, other: Hull, depth: float) -> bool:
+    """Whether a moving piece penetrates another nowhere by more than ``depth``."""
+    left, count = np.empty((MOST_STRETCHES + 2, 2)), 1
+    left[0, 0], left[0, 1] = 0.0, 1.0
     for _ in range(MOST_STRETCHES):
-        if not left:
-            return clear
-        (first, last), rows = left.pop()
-        rows = rows[waves.columns(rows).least(first, last).max(axis=0, initial=-np.inf) < least]
-        if not len(rows):
+        if count == 0:
+            return True
+        count -= 1
+        first, last = left[count, 0], left[count, 1]
+        answer = decide(mover, motion, other, first, last, depth)
+        if answer == CLEAR:
             continue
+        if answer == BLOCKED or last - first <= SHORTEST:
+            return False
         middle = (first + last) / 2.0
-        highest = waves.columns(rows).at(middle).max(axis=0)
-        undecided, hit = _by_nearest(sweep, arms[rows], piece, highest, (first, last), least)
-        clear[rows[hit]] = False
-        rows = rows[undecided]
-        if last - first <= SHORTEST:
-            clear[rows] = False
-        elif len(rows):
-            left += [((first, middle), rows), ((middle, last), rows)]
-    for _, rows in left:
-        clear[rows] = False
-    return clear
+        left[count, 0], left[count, 1] = first, middle
+        left[count + 1, 0], left[count + 1, 1] = middle, last
+        count += 2
+    return count == 0
 
 
-def _by_nearest(
-    sweep: Sweep, arms: Array, piece: ConvexPiece, highest: Array, stretch: Stretch, least: float
-) -> tuple[BoolArray, BoolArray]:
-    """Return which points (k,) stay undecided over ``stretch``, and which are hit in its middle.
+@compiled
+def tips_clear(
+    centres: Array, motion: Drive, obstacles: Hulls, floor: bool, least_gaps: Array, free: BoolArray
+) -> None:
+    """Write which fingertips stay away from floor and obstacles; those not free are left out.
 
-    Looked at is the plane through the point of the piece's edges that is nearest in the middle.
+    Args:
+        centres: (P, 3), of the fingertips at t = 0, world frame.
+        motion: how they move.
+        obstacles: what stands in their way.
+        floor: whether there is one.
+        least_gaps: (1 + k,), how near centres may come to the floor, and to each obstacle.
+        free: (P,), True where asked.
     """
-    first, last = stretch
-    middle = (first + last) / 2.0
-    places = sweep.moved(arms, middle)
-    ways = places - piece.nearest_on_edges(places)
-    lengths = np.sqrt(np.einsum("ij,ij->i", ways, ways))
-    normals = ways / np.maximum(lengths, np.finfo(float).tiny)[:, None]
-    support = (normals @ piece.vertices.T).max(axis=1)
-    over = np.einsum("ij,ij->i", normals, places) - support
-    hit = np.maximum(highest, over) < least
-    waves = heights(sweep, arms, normals, support, each=True)
-    return ~hit & (waves.least(first, last) < least), hit
+    left = np.empty((MOST_STRETCHES + 2, 2))
+    for i in range(len(centres)):
+        if not free[i]:
+            continue
+        point = centres[i : i + 1]
+        if floor and lowest(point, motion) < least_gaps[0]:
+            free[i] = False
+            continue
+        low, high = way_box(point, motion, 1.0)
+        for j in range(len(obstacles.low)):
+            gap = least_gaps[1 + j]
+            if boxes_meet(low, high, obstacles, j, gap) and not _tip_clear(
+                point, motion, one(obstacles, j), gap, left
+            ):
+                free[i] = False
+                break
+
+
+@inlined
+def _tip_clear(point: Array, motion: Drive, piece: Hull, gap: float, left: Array) -> bool:
+    """Whether a point (1, 3) stays away from a piece by at least ``gap``."""
+    left[0, 0], left[0, 1], count = 0.0, 1.0, 1
+    for _ in range(MOST_STRETCHES):
+        if count == 0:
+            return True
+        count -= 1
+        first, last = left[count, 0], left[count, 1]
+        over, middle = stretch(first, last, motion.angle), (first + last) / 2.0
+        place, clear, highest = moved(point, motion, middle)[0], False, -np.inf
+        for k in range(len(piece.normals)):
+            above = dot(piece.normals[k], place) - piece.offsets[k]
+            highest = max(highest, above)
+            if above >= gap:
+                still, rising = height(motion, point[0], piece.normals[k], piece.offsets[k])
+                clear = clear or least(still, rising, over) >= gap
+        if clear:
+            continue
+        # The plane through the point of the edges that is nearest in the middle.
+        normal = _from_edges(place, piece)
+        support = -np.inf
+        for v in range(len(piece.vertices)):
+            support = max(support, dot(normal, piece.vertices[v]))
+        if max(highest, dot(normal, place) - support) < gap:
+            return False
+        still, rising = height(motion, point[0], normal, support)
+        if least(still, rising, over) >= gap:
+            continue
+        if last - first <= SHORTEST:
+            return False
+        left[count, 0], left[count, 1] = first, middle
+        left[count + 1, 0], left[count + 1, 1] = middle, last
+        count += 2
+    return count == 0
+
+
+@inlined
+def _from_edges(place: Array, piece: Hull) -> Array:
+    """Return the unit direction (3,) to a place from the nearest point of a piece's edges."""
+    best, normal = np.inf, np.zeros(3)
+    for k in range(len(piece.starts)):
+        span, arm = piece.spans[k], minus(place, piece.starts[k])
+        share = min(1.0, max(0.0, dot(arm, span) / dot(span, span)))
+        square = 0.0
+        for c in range(3):
+            square += (arm[c] - share * span[c]) ** 2
+        if square < best:
+            best = square
+            for c in range(3):
+                normal[c] = arm[c] - share * span[c]
+    length = max(np.sqrt(best), 1e-300)
+    for c in range(3):
+        normal[c] /= length
+    return normal

@@ -4,23 +4,31 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
 from typing import final
 
 import numpy as np
 
+from gm_ompl import limits
+from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.holds.watch import Stop, never
+from gm_ompl.motion.free import FreeMotion, PoseGoal
 from gm_ompl.motion.object_graph import GraphArc
 
 
 @final
 class Closure:
-    """Nodes by the least travel of any fingertips on the way there.
+    """Nodes by a lower bound on plans that pass them.
 
-    On each arc every finger goes at least as far as it would from the placement that is best for
-    it there, so a plan past a node costs at least what this says of it.
+    A fingertip that is kept all along travels to a node at least as far as the shortest way there
+    takes it, and on at least straight to where it is at the goal. Of n fingers k regrasps leave
+    n - k kept, at different placements: the plan costs at least k X_regr and the (n - k)-th
+    smallest such travel of all placements. With n regrasps or more it costs at least n X_regr and
+    the travel to the node with whatever placement is best on each arc.
 
     Args:
         judge: of the problem.
@@ -31,59 +39,192 @@ class Closure:
     """
 
     def __init__(self, judge: Judge, stop: Stop = never) -> None:
-        self._graph, self._stop = judge.problem.object_graph, stop
-        hand = judge.problem.fingers
+        problem, hand = judge.problem, judge.problem.fingers
+        self._graph, self._stop = problem.object_graph, stop
+        self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
         firsts = {radius: i for i, radius in reversed(list(enumerate(hand.radius.tolist())))}
         self._centres = [judge.centres(i) for i in firsts.values()]
-        self._travel: dict[Hashable, float] = {}
+        # Two points of contact resist no moment about the line that joins them.
+        point, needed = not hand.soft.any(), problem.mechanics.z_min > 0.0
+        self._lifts = not (needed and point and hand.count < 3)
+        self._tips = np.concatenate([*self._centres, np.zeros((0, 3))])
+        self._travel: dict[Hashable, tuple[Array, float]] = {}
         self._leaving: dict[int, Sequence[GraphArc]] = {}
-        self._least = {self._graph.start: 0.0}
-        self._open = [(0.0, self._graph.start)]
+        start, here = self._graph.start, judge.node(self._graph.pose(self._graph.start))
+        free = np.concatenate([here.free[i] for i in firsts.values()] or [np.zeros(0, dtype=bool)])
+        self._kept = {start: np.where(free, 0.0, np.inf)}
+        self._best = {start: 0.0}
+        self._onward: dict[int, Array] = {}
+        self._seen: tuple[int, dict[int, tuple[Array, float]]] = (0, {})
+        assert isinstance(problem.motion, FreeMotion), "other graphs are searched whole"
+        self._goal = _Goal(problem.motion.goal, self._tips)
+        self._keys = {start: self._key(start)}
+        self._open = [(self._keys[start], start)]
 
     @property
     def next(self) -> float:
-        """The least travel to a node that is not in it yet; +inf where it is whole."""
-        while self._open and self._open[0][1] in self._leaving:
+        """The least bound of a node that is not in it yet; +inf where it is whole."""
+        while self._open and (
+            self._open[0][1] in self._leaving or self._open[0][0] > self._keys[self._open[0][1]]
+        ):
             heapq.heappop(self._open)
         return self._open[0][0] if self._open else math.inf
 
     def to_goal(self) -> float:
-        """Grow until the goal is in it, or it is whole; return the least travel there, or +inf."""
+        """Grow until the goal is in it, or it is whole; return the bound there, or +inf."""
         while self.next < math.inf:
-            travel, node = self._open[0]
+            bound, node = self._open[0]
             self._take()
             if self._graph.in_goal(node):
-                return travel
+                return bound
         return math.inf
 
     def grow(self, most: float) -> None:
-        """Take in all nodes with a least travel of at most this."""
+        """Take in all nodes with a bound of at most this."""
         while self.next <= most and self.next < math.inf:
             self._take()
 
-    def leaving(self) -> Mapping[int, Sequence[GraphArc]]:
-        """Return the arcs between the nodes in it, by their tails."""
-        inside = self._leaving
-        return {node: [arc for arc in arcs if arc.head in inside] for node, arcs in inside.items()}
+    def double(self) -> None:
+        """Take in as many nodes as are in it, and those with the same bound as the last."""
+        most, count = 0.0, 2 * len(self._leaving)
+        while len(self._leaving) < count and self.next < math.inf:
+            most = max(most, self.next)
+            self._take()
+        self.grow(most)
+
+    def leaving(self, most: float = math.inf) -> Mapping[int, Sequence[GraphArc]]:
+        """Return the arcs between the nodes in it that plans of at most this cost may pass.
+
+        By their tails. The start is always there.
+        """
+        inside = set(self._leaving)
+        if most < math.inf:
+            inside = {node for node in inside if self._through(node) <= most}
+            inside.add(self._graph.start)
+        return {n: [arc for arc in self._leaving[n] if arc.head in inside] for n in inside}
+
+    def _through(self, node: int) -> float:
+        """Return a lower bound on plans that pass a node and do not leave what is in it."""
+        ahead = self._ahead().get(node)
+        return math.inf if ahead is None else self._bound(node, *ahead)
+
+    def _ahead(self) -> dict[int, tuple[Array, float]]:
+        """Return the least travel to the goal from each node in it, as ``_kept`` and ``_best``."""
+        if self._seen[0] == len(self._leaving):
+            return self._seen[1]
+        into: dict[int, list[tuple[int, Array, float]]] = {}
+        for tail, arcs in self._leaving.items():
+            for arc in arcs:
+                into.setdefault(arc.head, []).append((tail, *self._lengths(arc)))
+        none = np.zeros(len(self._tips))
+        found = {node: (none, 0.0) for node in self._leaving if self._graph.in_goal(node)}
+        waiting = deque(found)
+        while waiting:
+            limits.check()
+            node = waiting.popleft()
+            kept, best = found[node]
+            for tail, travel, least in into.get(node, ()):
+                if tail not in self._leaving:
+                    continue
+                now, before = (kept + travel, best + least), found.get(tail)
+                if before is not None:
+                    if now[1] >= before[1] and not (now[0] < before[0]).any():
+                        continue
+                    now = np.minimum(now[0], before[0]), min(now[1], before[1])
+                found[tail] = now
+                waiting.append(tail)
+        self._seen = len(self._leaving), found
+        return found
 
     def _take(self) -> None:
         """Take in the next node."""
         if len(self._leaving) % 32 == 0 and self._stop():
             raise LimitError
-        travel, node = heapq.heappop(self._open)
-        self._leaving[node] = arcs = self._graph.arcs_from(node)
-        for arc in arcs:
-            through = travel + self._shortest(arc)
-            if through < self._least.get(arc.head, math.inf):
-                self._least[arc.head] = through
-                heapq.heappush(self._open, (through, arc.head))
+        _, first = heapq.heappop(self._open)
+        arcs = self._graph.arcs_from(first)
+        self._leaving[first] = [arc for arc in arcs if self._lifts or not arc.bare]
+        waiting = deque([first])
+        while waiting:
+            limits.check()
+            node = waiting.popleft()
+            for arc in self._leaving[node]:
+                if self._reach(node, arc) and arc.head in self._leaving:
+                    waiting.append(arc.head)
 
-    def _shortest(self, arc: GraphArc) -> float:
-        """Return the least travel along an arc for the finger whose best placement is worst."""
-        known = None if arc.kind is None else self._travel.get(arc.kind)
+    def _reach(self, tail: int, arc: GraphArc) -> bool:
+        """Take an arc into account; whether a bound fell at its head."""
+        head, (travel, least) = arc.head, self._lengths(arc)
+        kept, best = self._kept[tail] + travel, self._best[tail] + least
+        before = self._kept.get(head)
+        if before is None:
+            self._kept[head], self._best[head] = kept, best
+        elif best < self._best[head] or (kept < before).any():
+            self._kept[head] = np.minimum(kept, before)
+            self._best[head] = min(best, self._best[head])
+        else:
+            return False
+        if head not in self._leaving:
+            key = self._keys[head] = self._key(head)
+            heapq.heappush(self._open, (key, head))
+        return True
+
+    def _key(self, node: int) -> float:
+        """Return a lower bound on plans that pass a node."""
+        onward = self._onward.get(node)
+        if onward is None:
+            onward = self._onward[node] = self._goal.distances(self._graph.pose(node))
+        return self._bound(node, onward, 0.0)
+
+    def _bound(self, node: int, onward: Array, best: float) -> float:
+        """Return the bound by what is left to go, per placement and for the best on each arc."""
+        n, X_regr = self._fingers, self._X_regr
+        low, whole = n * X_regr + self._best[node] + best, self._kept[node] + onward
+        if len(whole) >= n > 0:
+            smallest = np.sort(np.partition(whole, n - 1)[:n])[::-1]
+            low = min(low, float((smallest + X_regr * np.arange(n)).min()))
+        return low
+
+    def _lengths(self, arc: GraphArc) -> tuple[Array, float]:
+        """Return how far fingertips go along an arc, and the best placement's of the slowest."""
+        known = None if arc.form is None else self._travel.get(arc.form)
         if known is None:
-            lengths = (arc.lengths(centres).sum(axis=1) for centres in self._centres)
-            known = max((float(np.min(own, initial=math.inf)) for own in lengths), default=0.0)
-            if arc.kind is not None:
-                self._travel[arc.kind] = known
+            each = [arc.lengths(centres).sum(axis=1) for centres in self._centres]
+            least = max((float(np.min(own, initial=math.inf)) for own in each), default=0.0)
+            known = np.concatenate([*each, np.zeros(0)]), least
+            if arc.form is not None:
+                self._travel[arc.form] = known
         return known
+
+
+@final
+class _Goal:
+    """How far fingertips are from where they must end.
+
+    Args:
+        goal: where the object must end.
+        tips: (P, 3), their centres, object frame.
+    """
+
+    def __init__(self, goal: PoseGoal, tips: Array) -> None:
+        self._goal, self._tips = goal, tips
+        arms = np.linalg.norm(tips, axis=1)
+        # A point of the object that the goal fixes may end so far from there.
+        self._slack = goal.distance + 2.0 * np.sin(min(goal.angle, np.pi) / 2.0) * arms
+        self._around = np.zeros(len(tips))
+        self._at = np.zeros_like(tips)
+        if goal.rotation is not None:
+            self._at = tips @ goal.rotation.T
+        elif goal.up is not None:  # the heading is left open
+            self._at[:, 2] = tips @ goal.up
+            self._around = np.sqrt(np.maximum(arms**2 - self._at[:, 2] ** 2, 0.0))
+        else:
+            self._slack += arms
+
+    def distances(self, pose: Pose) -> Array:
+        """Return lower bounds (P,) on the way to the goal of fingertips at a pose."""
+        off = self._tips @ pose.rotation.T - self._at
+        low, high = self._goal.low - pose.position, self._goal.high - pose.position
+        way = np.maximum(np.maximum(low - off, off - high), 0.0)
+        level = np.maximum(np.hypot(way[:, 0], way[:, 1]) - self._around, 0.0)
+        least: Array = np.maximum(np.hypot(level, way[:, 2]) - self._slack, 0.0)
+        return least

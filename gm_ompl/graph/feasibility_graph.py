@@ -128,6 +128,8 @@ class FeasibilityGraph:
         """
         config, placements = self.parts(node)
         for hub, row in zip(self.sets.hubs(placements), placements, strict=True):
+            if not self._rest_bound(config, hub) >= self._z_min:
+                continue  # nobody is lifted there, wherever it would get to
             outside = not self._reach.active or self._reach.outside(
                 self._objects.pose(config), hub.index(LIFTED), staying_of(hub), row
             )

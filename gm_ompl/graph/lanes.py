@@ -30,8 +30,8 @@ def lane_table(
     """Return the graph's nodes in the order of the table's, and the table of all arcs.
 
     With ``leaving`` the nodes are those in it, and the arcs what it says. Geometry is tested
-    throughout. Contact states are found of arcs that lead towards the goal;
-    most searches hardly need those of the others.
+    throughout. On a row of nodes contact states are found of arcs that lead towards the goal; most
+    searches hardly need those of the others, and of a larger graph only a few.
 
     Raises:
         LimitError: ``stop`` said so.
@@ -42,7 +42,7 @@ def lane_table(
     limits.check()
     frame, nearer = _frame(graph, nodes, leaving)
     table = ArcTable(judge, frame, stop)
-    for a in watched(nearer, stop):
+    for a in watched(nearer if frame.one_pass else (), stop):
         table.ask(a)
     return nodes, table
 
@@ -65,7 +65,7 @@ def _frame(
     """Return all arcs, those to larger nodes first, and which of them lead nearer to the goal."""
     number = {node: c for c, node in enumerate(nodes)}
     found = [
-        (c, arc._replace(head=number[arc.head]))
+        (c, arc.leading_to(number[arc.head]))
         for c, node in enumerate(nodes)
         for arc in leaving[node]
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Final, NamedTuple, final
@@ -175,7 +176,8 @@ class ArcTable:
     def _ahead(self, cost: Array) -> Array:
         """Return (.., V): least cost to a goal node by arcs that cost (.., rows)."""
         ahead = np.empty((*cost.shape[:-1], len(self.tables.goal)))
-        rows, found = cost.reshape(-1, cost.shape[-1]), ahead.reshape(-1, ahead.shape[-1])
+        many = math.prod(cost.shape[:-1])  # there may be no arc at all
+        rows, found = cost.reshape(many, cost.shape[-1]), ahead.reshape(many, ahead.shape[-1])
 
         def work(part: slice) -> None:
             settle(rows[part], self.tables, found[part])
@@ -231,8 +233,9 @@ def _rows(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:
     known: dict[object, int] = {}
     like = np.empty(len(arcs), dtype=np.int64)
     for a, arc in enumerate(arcs):
-        # Segments of a screw are equally long, whichever way it is passed.
-        key = (arc.arc.key, arc.parts) if isinstance(arc.arc, Screw) else a
+        key = arc.along
+        if key is None:  # segments of a screw are equally long, whichever way it is passed
+            key = (arc.arc.key, arc.parts) if isinstance(arc.arc, Screw) else a
         row = known.setdefault(key, len(rows))
         if row == len(rows):
             rows.append(a)

@@ -6,6 +6,7 @@ plan may choose among them what is easier to carry out.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import final
 
 import numpy as np
@@ -114,6 +115,28 @@ def _balanced_margin(
     return (REACHED, -np.inf, c) if end == BELOW or z < 0.0 else (FAILED, 0.0, c)
 
 
+def downward(
+    largest: Sequence[int], n: int, decide: Callable[[int], ModeDecision | None]
+) -> tuple[ModeDecision, ...]:
+    """Return what ``decide`` finds, from the largest sets of position-controlled fingers down.
+
+    A set for which it finds nothing has none below it.
+    """
+    waiting, met, found = list(largest), set(largest), []
+    while waiting:
+        mask = waiting.pop()
+        decision = decide(mask)
+        if decision is None:
+            continue
+        found.append(decision)
+        for i in range(n):
+            smaller = mask & ~(1 << i)
+            if smaller not in met:
+                met.add(smaller)
+                waiting.append(smaller)
+    return tuple(found)
+
+
 @final
 class Alternatives:
     """The choices at one instant; forces in the scenario's units.
@@ -143,20 +166,8 @@ class Alternatives:
         """
         passed = np.empty(1 << len(self._tips), dtype=np.int64)
         passes, _ = modes.passing_sets(self._env, self._tips, -1, False, passed, np.zeros(6))
-        waiting = [int(mask) for mask in passed[: max(passes, 0)]]
-        met, found = set(waiting), []
-        while waiting:
-            mask = waiting.pop()
-            decision = self._best_command(mask, least)
-            if decision is None:
-                continue
-            found.append(decision)
-            for i in range(len(self._tips)):
-                smaller = mask & ~(1 << i)
-                if smaller not in met:
-                    met.add(smaller)
-                    waiting.append(smaller)
-        return tuple(found)
+        largest = [int(mask) for mask in passed[: max(passes, 0)]]
+        return downward(largest, len(self._tips), lambda mask: self._best_command(mask, least))
 
     def _best_command(self, mask: int, least: float) -> ModeDecision | None:
         f = np.zeros(len(self._tips))

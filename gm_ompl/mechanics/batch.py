@@ -8,6 +8,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.certificate import Record
 from gm_ompl.mechanics.modes import decide
 
 
@@ -77,11 +78,12 @@ def decide_rows(
         answers: output.
     """
     hand = np.arange(len(f_max))
+    record = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
     for k in range(begin, end):
         state = which[k]
         env = states.env[states.first[state] : states.first[state + 1]]
         how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
             env, states.loads[state], tips, hand, rows[k], f_max, L, below, -1, -1,
-            answers.commands[k], answers.wrenches[k],
+            record, answers.commands[k], answers.wrenches[k],
         )  # fmt: skip
         answers.ends[k] = how

@@ -48,6 +48,10 @@ def record_of(fingers: int, columns: int) -> Record:
     )  # fmt: skip
 
 
+NO_RECORD = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
+"""Keeps nothing."""
+
+
 @compiled
 def write_down(
     record: Record, j: int, mask: int, Y: Array, found: Resistance, solved: bool

@@ -50,16 +50,21 @@ def wrenches(points: Array, forces: Array, U: Array) -> Array:
     return scaled
 
 
-def environment_columns(contacts: ContactState, friction: float, s: int, U: Array) -> Array:
+def environment_columns(contacts: ContactState, friction: Array | float, s: int, U: Array) -> Array:
     """Return R^(1/2) W_env C_env as rows, shape (columns, 6): s per static contact, 1 per sliding.
 
-    The cones' reference axes are the world's x and y.
+    The cones' reference axes are the world's x and y. ``friction`` is one coefficient for all
+    contacts, or (m,).
     """
     m = len(contacts.points)
     if m == 0:
         return np.zeros((0, 6))
     axes = wrenches(contacts.points[:, None], cone_axes(contacts.normals, contacts.rotation[:2]), U)
-    static = edge_weights(friction, s) @ axes
+    if isinstance(friction, float):
+        static = edge_weights(friction, s) @ axes
+    else:
+        static = np.array([edge_weights(mu, s) for mu in friction.tolist()]) @ axes
+        friction = friction[:, None]
     slides = np.abs(contacts.slip).sum(axis=1) > 0
     if not slides.any():
         return np.ascontiguousarray(static.reshape(-1, 6))

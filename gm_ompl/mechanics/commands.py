@@ -24,7 +24,6 @@ from gm_ompl.mechanics.kelley import (
     GAP,
     MAX_CUTS,
     MAX_PASSES,
-    Cuts,
     add_cut,
     heed,
     new_work,
@@ -116,7 +115,7 @@ def _joint(
 
 
 @compiled
-def _next_set(zs: Array, bounds: Array, below: float) -> int:
+def next_set(zs: Array, bounds: Array, below: float) -> int:
     """Return the set to take on next: the largest bound, the preferred set in a tie.
 
     Sets stand in order of preference: one that at best ties with a set before it need not be
@@ -171,7 +170,7 @@ def best_commands(
     if add_cut(env, q, tips, f_max, masks, force, L, w, margin, first, cuts, 0):
         K = 1
     while True:
-        j = _next_set(zs, cuts.bounds, below)
+        j = next_set(zs, cuts.bounds, below)
         if j == sets:
             break
         nf = take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
@@ -209,22 +208,25 @@ def best_commands(
     for j in range(min(sets, len(record.sets))):
         if record.sets[j] < 0:
             write_down(record, j, masks[j], cuts.proofs[j], work.found, False)
-    return _proven(zs, cuts, top, below)
+    return all_proven(zs, cuts.proven, cuts.held, top, below)
 
 
 @inlined
-def _proven(zs: Array, cuts: Cuts, top: float, below: float) -> tuple[int, float]:
+def all_proven(
+    zs: Array, ceilings: Array, held: Array, top: float, below: float
+) -> tuple[int, float]:
     """Return how the search over sets ended, if every set is proven to be what it is taken for.
 
+    ``ceilings`` (sets,) bound their z, ``held`` (sets,) is what z is at least at the f_com found.
     That is: as good as ``top`` within a tie, where it may be chosen; no better, else.
     """
     bound, most = 0.0, top + TIE * top + CLOSE * max(top, LITTLE)
     for j in range(len(zs)):
-        bound = max(bound, cuts.proven[j])
+        bound = max(bound, ceilings[j])
     if top < below:
         return BELOW if bound < below else FAILED, bound
     sure = bound <= most
     for j in range(len(zs)):
         if zs[j] > 0.0 and zs[j] >= top * (1.0 - TIE):
-            sure = sure and proven(cuts.held[j], zs[j])
+            sure = sure and proven(held[j], zs[j])
     return REACHED if sure else FAILED, bound

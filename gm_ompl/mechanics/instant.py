@@ -13,7 +13,7 @@ from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.central import settle_commands
-from gm_ompl.mechanics.certificate import Record, record_of
+from gm_ompl.mechanics.certificate import NO_RECORD, Record, record_of
 
 OUTCOMES = {
     modes.INTERNAL_FORCE: Outcome.INTERNAL_FORCE,
@@ -63,9 +63,13 @@ def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
     Soft fingers have two columns more than s.
     """
     U, s = columns.wrench_norm(instant.mass, instant.inertia), instant.cone_edges
-    env = columns.environment_columns(instant.contacts, instant.environment_friction, s, U)
+    given = instant.contact_friction
+    friction = given if len(given) else float(instant.environment_friction)
+    env = columns.environment_columns(instant.contacts, friction, s, U)
     scale = instant.force_scale
     q = columns.load(instant.contacts.rotation, instant.mass * instant.gravity / scale, U)
+    if instant.excess.any():
+        q += U @ (instant.excess / scale)
     tips = columns.hand_columns(
         instant.points[:, None], instant.normals[:, None], instant.friction, instant.soft, s, U
     )
@@ -79,8 +83,9 @@ def decide_columns(
     """Decide Sec. 3.4 for a hand given by its columns (n, s, 6); the rest as ``modes.decide``."""
     everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
     return modes.decide(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only, f_com, y
-    )
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only,
+        NO_RECORD, f_com, y,
+    )  # fmt: skip
 
 
 def decide_instant(
@@ -110,9 +115,10 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
     n = len(f_max)
     record, f_com = record_of(n, len(env) + n * tips.shape[1]), np.zeros(n)
     everyone, there = np.arange(n), np.zeros(n, dtype=np.int64)
-    answer = modes.prove(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, record, f_com, np.zeros(6)
-    )
+    answer = modes.decide(
+        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, 0.0, -1, -1, record, f_com,
+        np.zeros(6),
+    )  # fmt: skip
     settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
     return _in_units(instant, answer, f_com), record
 

@@ -200,6 +200,33 @@ def take_up(
 
 
 @compiled
+def unit_wrench(env: Array, w: Array, margin: float, y: Array, unit: Array) -> bool:
+    """Write y (6,), its largest entry 1, into the polar of the environment's cone; False for none.
+
+    ``w`` and ``margin`` are those of ``into_polar``.
+    """
+    size = 0.0
+    for t in range(6):
+        size = max(size, abs(y[t]))
+    for t in range(6):
+        unit[t] = y[t] / size
+    return size > NO_TAU and into_polar(env, w, margin, unit)
+
+
+@compiled
+def limiting_direction(L: Array, y: Array) -> tuple[float, int]:
+    """Return h = max_i l_i . y over the directions, 0 at least, and an i that has it."""
+    h, met = 0.0, 0
+    for i in range(len(L)):
+        dot = 0.0
+        for t in range(6):
+            dot += L[i, t] * y[t]
+        if dot > h:
+            h, met = dot, i
+    return h, met
+
+
+@compiled
 def add_cut(
     env: Array, q: Array, tips: Array, f_max: Array, masks: IntArray, force: BoolArray, L: Array,
     w: Array, margin: float, y: Array, cuts: Cuts, K: int,
@@ -211,21 +238,10 @@ def add_cut(
     Returns:
         False where y is nothing, so that z = +inf.
     """
-    size = 0.0
-    for t in range(6):
-        size = max(size, abs(y[t]))
     unit = cuts.wrenches[K]
-    for t in range(6):
-        unit[t] = y[t] / size
-    if size <= NO_TAU or not into_polar(env, w, margin, unit):
+    if not unit_wrench(env, w, margin, y, unit):
         return False
-    cuts.h[K] = 0.0
-    for i in range(len(L)):
-        dot = 0.0
-        for t in range(6):
-            dot += L[i, t] * unit[t]
-        if dot > cuts.h[K]:
-            cuts.h[K], cuts.met[K] = dot, i
+    cuts.h[K], cuts.met[K] = limiting_direction(L, unit)
     for j in range(len(masks)):
         force_control(masks[j], force)
         cuts.c[j, K] = cut(q, tips, f_max, force, unit, cuts.slopes[j, K])

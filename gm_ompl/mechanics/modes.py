@@ -165,12 +165,32 @@ def _best_set(
     return UNPROVEN, np.inf, -1, 0
 
 
-@inlined
-def _decide(
+@compiled
+def decide(
     env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
     below: float, previous: int, only: int, record: Record, f_com: Array, y: Array,
 ) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4, see ``decide``, and write down what proves it."""
+    """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        table: (N, P, s, 6), all fingers' columns for unit normal force at all placements.
+        hand: (n,), the fingers that touch.
+        rows: (n,), where.
+        f_max: (N,), over force_scale, as all forces here.
+        L: (76, 6), the directions.
+        below: threshold; 0 decides exactly.
+        previous: mask of the previous segment, preferred among ties; -1 for none.
+        only: mask of the one set to consider, which must pass (5); -1 for all.
+        record: output, what proves it; ``certificate.NO_RECORD`` keeps nothing.
+        f_com: output (n,): commands of the force-controlled fingers.
+        y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
+            any modes and, as a cut, for any placements; zero where there is none.
+
+    Returns:
+        How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
+    """
     n = len(hand)
     everyone = (1 << n) - 1
     tips, limits = at_placements(table, hand, rows, f_max)
@@ -226,41 +246,3 @@ def _decide(
         if end != REACHED:
             return NO_EQUILIBRIUM if end == BELOW else UNPROVEN, -np.inf, -1, 0
     return STABLE, max(z, 0.0), direction, mask
-
-
-@compiled
-def decide(
-    env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
-    below: float, previous: int, only: int, f_com: Array, y: Array,
-) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
-
-    Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        table: (N, P, s, 6), all fingers' columns for unit normal force at all placements.
-        hand: (n,), the fingers that touch.
-        rows: (n,), where.
-        f_max: (N,), over force_scale, as all forces here.
-        L: (76, 6), the directions.
-        below: threshold; 0 decides exactly.
-        previous: mask of the previous segment, preferred among ties; -1 for none.
-        only: mask of the one set to consider, which must pass (5); -1 for all.
-        f_com: output (n,): commands of the force-controlled fingers.
-        y: output (6,): the wrench of a cut on z under position control of all fingers, valid for
-            any modes and, as a cut, for any placements; zero where there is none.
-
-    Returns:
-        How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
-    """
-    record = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
-    return _decide(env, q, table, hand, rows, f_max, L, below, previous, only, record, f_com, y)
-
-
-@compiled
-def prove(
-    env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
-    record: Record, f_com: Array, y: Array,
-) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide exactly, as ``decide`` does, and write down what proves it in ``record``."""
-    return _decide(env, q, table, hand, rows, f_max, L, 0.0, -1, -1, record, f_com, y)

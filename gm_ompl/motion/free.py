@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -16,6 +16,12 @@ from gm_ompl.motion.arc import Arc, Motion
 
 AXES = ("x", "y", "z")
 """Names of the world's axes."""
+
+SHORTEST: Final = 1e-4
+"""An arc on which no corner moves farther than this, relative to D, is none."""
+
+SLACK: Final = 1e-6
+"""How far the centre of mass may leave the region, relative to D."""
 
 
 @dataclass(frozen=True, eq=False)

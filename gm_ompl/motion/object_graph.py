@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, final
+from typing import Protocol, final
 
 import numpy as np
 
@@ -18,21 +18,41 @@ from gm_ompl.motion.arc import Arc, Moment, Motion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
 
 
-class GraphArc(NamedTuple):
+@final
+class GraphArc:
     """An arc of an object graph, or of a route.
 
-    Attributes:
+    Args:
         head: the node it leads to.
-        arc: the object's motion.
+        arc: the object's motion, or what makes it when it is asked for.
         parts: in how many segments it is judged.
         kind: equal for arcs that are the same but for where on the floor they begin, nothing else
             being near; None where nothing is said.
+        form: equal for arcs along which fingertips go equally far; None likewise.
+        along: equal for arcs that pass the same poses, whichever way; None likewise.
+        bare: whether the object is known to touch nothing in the middle of some segment.
     """
 
-    head: int
-    arc: Arc
-    parts: int
-    kind: Hashable = None
+    __slots__ = ("_arc", "along", "bare", "form", "head", "kind", "parts")
+
+    def __init__(
+        self, head: int, arc: Arc | Callable[[], Arc], parts: int,
+        kind: Hashable = None, form: Hashable = None, along: Hashable = None, *, bare: bool = False,
+    ) -> None:  # fmt: skip
+        self.head, self._arc, self.parts = head, arc, parts
+        self.kind, self.form, self.along, self.bare = kind, form, along, bare
+
+    @property
+    def arc(self) -> Arc:
+        """The object's motion."""
+        if not isinstance(self._arc, Arc):
+            self._arc = self._arc()
+        return self._arc
+
+    def leading_to(self, head: int) -> GraphArc:
+        """Return the same arc, its head numbered otherwise."""
+        names = self.kind, self.form, self.along
+        return GraphArc(head, self._arc, self.parts, *names, bare=self.bare)
 
     def middles(self) -> tuple[Moment, ...]:
         """Return the instants at which the segments are judged."""

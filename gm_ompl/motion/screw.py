@@ -117,6 +117,17 @@ class Screw(Arc):
         """Return the derivative of the pose at ``t``."""
         return self.whole.velocity(self.pose(t), self.last - self.first)
 
+    def chords(self, points: Array, parts: int) -> Array:
+        """Return |dq_finger i,j| of Eq. (9) in closed form; see ``Arc.chords``."""
+        shares = np.diff(self.bounds(parts)) * (self.last - self.first)
+        if isinstance(self.whole, Slide):
+            way = float(np.linalg.norm(self.whole.by))
+            return np.repeat(np.abs(shares)[:, None] * way, len(points), axis=1)
+        arms = self.start.apply(points) - self.whole.pivot
+        arms -= np.outer(arms @ self.whole.axis, self.whole.axis)
+        radii = np.sqrt(np.einsum("ij,ij->i", arms, arms))
+        return np.outer(np.abs(2.0 * np.sin(shares * self.whole.angle / 2.0)), radii)
+
     @property
     def sweeps(self) -> tuple[Sweep, ...]:
         """The screw itself."""

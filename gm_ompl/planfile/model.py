@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
+from gm_ompl.pictures import notebook_html, notebook_scene
 from gm_ompl.planfile import files
 from gm_ompl.planfile.record import ArcRecord, CoordinatesRecord, PlanPart, PoseRecord, Vector
 
@@ -177,6 +178,31 @@ class Plan(PlanPart):
     def has_plan(self) -> bool:
         """Whether there is a plan: solved, or interrupted with one in hand."""
         return self.status == "solved" or (self.status == "interrupted" and self.cost is not None)
+
+    def __repr__(self) -> str:
+        """Return a line: the scenario, how it ended, what it costs."""
+        name = self.scenario.get("name", "scenario")
+        if self.cost is None:
+            return f"<Plan for {name}: {self.status}>"
+        proven = ", optimal" if self.optimal else ""
+        return (
+            f"<Plan for {name}: {self.status} by {self.planner}, cost {self.cost:.6g}{proven}, "
+            f"{len(self.steps)} steps, regrasps: {self.regrasps}>"
+        )
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
+
+    def scene(self) -> Any:
+        """Return the plan's scene, to be turned and played where a notebook shows it.
+
+        Raises:
+            MissingExtraError: meshcat is not installed.
+        """
+        return notebook_scene(self)
 
     @property
     def segments(self) -> tuple[SegmentRecord, ...]:

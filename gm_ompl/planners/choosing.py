@@ -15,7 +15,7 @@ from gm_ompl.contact.junction import (
     Control,
     Forces,
     Junction,
-    Passage,
+    JunctionVerdict,
     controls,
     junction,
     meeting,
@@ -27,7 +27,7 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.links import Link, Side
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import Broken, fewest_switches, spread, switches
-from gm_ompl.mechanics.alternatives import Alternatives
+from gm_ompl.mechanics.case_alternatives import Choices
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Move, Placements, Problem, Regrasp
 
@@ -36,7 +36,7 @@ LEAST, AIM = 8e-7, 5e-7
 allows 1e-6 has the rest for the difference between two solvers."""
 
 
-class Instant(NamedTuple):
+class PlannedInstant(NamedTuple):
     """A segment, or a rest, of a plan.
 
     Attributes:
@@ -66,9 +66,9 @@ class Controlled:
         alternatives: shared by equal instants.
     """
 
-    instant: Instant
+    instant: PlannedInstant
     key: tuple[int, tuple[int, ...], Placements]
-    alternatives: Alternatives
+    alternatives: Choices
 
     @property
     def fingers(self) -> tuple[int, ...]:
@@ -81,21 +81,21 @@ class Controlled:
         return self.instant.decision
 
 
-def instants_of(problem: Problem, moves: Sequence[Move]) -> Iterator[Instant]:
+def instants_of(problem: Problem, moves: Sequence[Move]) -> Iterator[PlannedInstant]:
     """Yield the instants along the plan."""
     everyone = tuple(range(problem.fingers.count))
     for move in moves:
         if isinstance(move, Regrasp):
             others = tuple(i for i in everyone if i != move.finger)
             rows, rest = tuple(move.placements[i] for i in others), Moment(move.pose)
-            yield Instant(rest, rest, rest, others, rows, move.rest)
+            yield PlannedInstant(rest, rest, rest, others, rows, move.rest)
             continue
         ends = [move.arc.moment(j / len(move.segments)) for j in range(len(move.segments) + 1)]
         middles = move.arc.middles(len(move.segments))
         for moment, first, last, decision in zip(
             middles, ends, ends[1:], move.segments, strict=False
         ):
-            yield Instant(moment, first, last, everyone, move.placements, decision)
+            yield PlannedInstant(moment, first, last, everyone, move.placements, decision)
 
 
 class Chooser:
@@ -104,7 +104,7 @@ class Chooser:
     def __init__(self, judge: Judge, moves: Sequence[Move]) -> None:
         assert isinstance(judge.backend, KernelBackend)
         self.problem, self._judge, self._backend = judge.problem, judge, judge.backend
-        self._known: dict[tuple[object, ...], Alternatives] = {}
+        self._known: dict[tuple[object, ...], Choices] = {}
         self._options: dict[tuple[object, ...], tuple[ModeDecision, ...]] = {}
         self.instants = [self._controlled(i) for i in instants_of(judge.problem, moves)]
         self._sides: dict[tuple[object, ...], tuple[Side, ...]] = {}
@@ -129,11 +129,10 @@ class Chooser:
         failing = {(link.number, modes[link.number], modes[link.number + 1]) for link in left}
         return [chosen[c] for c in which], failing
 
-    def passage(self, number: int, decisions: Sequence[ModeDecision]) -> Passage:
+    def passage(self, number: int, decisions: Sequence[ModeDecision]) -> JunctionVerdict:
         """Judge the junction after an instant, by the reference."""
         # Imported late: it loads HiGHS, and is seldom needed.
         from gm_ompl.reference.junction import equilibrium
-        from gm_ompl.reference.statics import statics
 
         problem, hands = self.problem, list[tuple[Control, ...]]()
         pair = slice(number, number + 2)
@@ -141,15 +140,15 @@ class Chooser:
             now = decision.modes, decision.f_com, instant.fingers, problem.fingers.count
             hands.append(controls(*now))
         if hands[0] == hands[1]:
-            return Passage.HOLDS
+            return JunctionVerdict.HOLDS
         ramp = junction(hands[0], hands[1])
         placements = self._placements(number, ramp)
 
         def balanced(moment: Moment, f_com: Forces) -> bool:
             contacts = self._backend.contacts(self._judge.environment(moment))
-            model = statics(problem.instant(contacts, ramp.fingers, placements))
+            instant = problem.instant(contacts, ramp.fingers, placements)
             try:
-                return equilibrium(model, ramp.modes, f_com)
+                return equilibrium(instant, ramp.modes, f_com)
             except SolverError:
                 return False
 
@@ -165,11 +164,11 @@ class Chooser:
         }
         return tuple(rows[finger] for finger in ramp.fingers)
 
-    def _controlled(self, instant: Instant) -> Controlled:
+    def _controlled(self, instant: PlannedInstant) -> Controlled:
         key = (self._judge.environment(instant.moment), instant.fingers, instant.placements)
         return Controlled(instant, key, self._alternatives(key))
 
-    def _alternatives(self, key: tuple[int, tuple[int, ...], Placements]) -> Alternatives:
+    def _alternatives(self, key: tuple[int, tuple[int, ...], Placements]) -> Choices:
         if key not in self._known:
             self._known[key] = self._backend.alternatives(*key)
         return self._known[key]
@@ -244,7 +243,7 @@ def _least(problem: Problem, z: float) -> float:
 def _command(problem: Problem, instant: Controlled, decision: ModeDecision) -> Undecided:
     best = instant.decision.z
     least = _least(problem, best)
-    limits = problem.fingers.max_normal_force
+    limits = problem.fingers.max_normal_force / (1.0 + problem.uncertainty.command)
     forced = [
         finger
         for finger, mode in zip(instant.fingers, decision.modes, strict=True)

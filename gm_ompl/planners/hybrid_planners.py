@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Sequence
 from typing import ClassVar, Protocol, final
 
@@ -13,6 +15,7 @@ from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.watch import Stop
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.growth import Growth
 from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter, parameters_of
@@ -31,6 +34,9 @@ from gm_ompl.sampling.anytime import Anytime
 from gm_ompl.sampling.explorer import Course, Explorer, FirstPlan
 from gm_ompl.sampling.settings import ExploringSettings, ImprovingSettings
 from gm_ompl.sampling.stages import Refinement
+
+KEPT = 8
+"""Plans that a search hands out, the best included."""
 
 
 class Search(Protocol):
@@ -61,6 +67,7 @@ def searched(search: Search, log: Log, growth: Growth | None, patience: int | No
         patience: None is endless.
     """
     status, done, last = Status.BUDGET, 0, 0
+    plans = deque[tuple[Move, ...]](maxlen=KEPT)
 
     def stop() -> bool:
         return log.meter.spent(done)
@@ -72,7 +79,9 @@ def searched(search: Search, log: Log, growth: Growth | None, patience: int | No
         while not stop():
             changed = search.step(stop)
             done += 1
-            last = done if changed else last
+            if changed:
+                last = done
+                plans.appendleft(search.moves)
             if growth is not None:
                 growth.grown(search.courses)
                 if changed:
@@ -89,7 +98,9 @@ def searched(search: Search, log: Log, growth: Growth | None, patience: int | No
         status = Status.SOLVED
     event()
     statistics = log.statistics(done, search.branches)
-    return result_of(status, search.cost, 0.0, search.moves, statistics)
+    result = result_of(status, search.cost, 0.0, search.moves, statistics)
+    others = tuple(moves for moves in plans if moves is not search.moves)
+    return dataclasses.replace(result, others=others)
 
 
 class HybridPlanner(Planner):
@@ -131,7 +142,7 @@ class HybridPlanner(Planner):
 class FirstPlanPlanner(HybridPlanner):
     """A search by one tree or two that ends with its first plan."""
 
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=False, randomised=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=False, randomised=True, free=True)
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ExploringSettings)
     two_trees: ClassVar[bool]
 
@@ -162,7 +173,7 @@ class HybridRRTstar(HybridPlanner):
     """Two trees to a first plan, then ever better ones until the budget is spent."""
 
     name: ClassVar[str] = "HybridRRTstar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=True, free=True)
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ImprovingSettings)
 
     def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
@@ -179,7 +190,7 @@ def impossible(problem: Problem, judge: Judge) -> bool:
     if not has_set(judge, pose(problem.start), problem.fingers.start):
         return True
     low, high = problem.goal.low, problem.goal.high
-    if None in low or low != high:
+    if isinstance(problem.motion, FreeMotion) or None in low or low != high:
         return False
     goal = tuple(float(value or 0.0) for value in low)
     return not has_set(judge, pose(goal), problem.fingers.goal)

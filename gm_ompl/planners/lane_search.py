@@ -94,6 +94,8 @@ class LaneSearch:
             if f >= self.cost * (1.0 - SAME):
                 self.bound = self.cost
                 return Status.SOLVED
+            if f >= self._beyond and self._best is not None:
+                return Status.SOLVED  # the part must grow before more can be proven
             if self._log.meter.spent(self.expanded):
                 return Status.BUDGET
             if self._log.due():

@@ -74,29 +74,47 @@ def _in_closures(problem: Problem, judge: Judge, log: Log, report: Report) -> Se
     """Search ever larger parts of the object graph, until no better plan can leave the part.
 
     The search of a part finds its best plan. No plan that leaves it is cheaper than the least
-    travel to a node outside.
+    bound of a node outside. Once a plan is known, what only dearer ones pass is left aside.
     """
     result = without_search(Status.BUDGET, 0.0, log.meter)
     expanded = generated = 0
     try:
         closure = Closure(judge, log.meter.spent)
-        most = GENEROUS * closure.to_goal()
+        closure.to_goal()
         while True:
-            closure.grow(most)
-            lanes = _Lanes(problem, judge, log, report, closure)
+            if result.cost is None:
+                closure.double()
+            else:
+                closure.grow(result.cost)
+            lanes = _Lanes(problem, judge, log, report, closure, result.cost)
             found = lanes.run()
             expanded += found.statistics["expanded"]
             generated += found.statistics["generated"]
             statistics = {**found.statistics, "expanded": expanded, "generated": generated}
-            result = _within(dataclasses.replace(found, statistics=statistics), closure.next)
+            found = _cheaper(result, dataclasses.replace(found, statistics=statistics))
+            result = _within(found, closure.next)
             if not lanes.exhausted or closure.next == math.inf or result.optimal:
                 return result
-            most = result.cost if result.cost is not None else 2.0 * closure.next
     except KeyboardInterrupt:
         return dataclasses.replace(result, status=Status.INTERRUPTED)
     except LimitError as stopped:
         ended = {"ended_by": str(stopped)} if str(stopped) else {}
         return dataclasses.replace(result, statistics={**result.statistics, **ended})
+
+
+def _cheaper(before: SearchResult, found: SearchResult) -> SearchResult:
+    """Return what a search found, with the plan of an earlier one where that is cheaper."""
+    if before.cost is None or (found.cost is not None and found.cost <= before.cost):
+        return found
+    bound = min(max(before.lower_bound, found.lower_bound), before.cost)
+    interrupted = found.status is Status.INTERRUPTED
+    return dataclasses.replace(
+        before,
+        status=found.status if interrupted else before.status,
+        lower_bound=bound,
+        optimal=before.cost <= bound * (1.0 + PROVEN),
+        statistics=found.statistics,
+    )
 
 
 def _within(result: SearchResult, beyond: float) -> SearchResult:
@@ -114,7 +132,7 @@ class _Lanes:
     """One search over lanes: of the whole object graph, or of a part.
 
     Attributes:
-        exhausted: whether it ended by itself.
+        exhausted: whether it ended by itself, or can prove no more of this part.
     """
 
     def __init__(
@@ -124,22 +142,25 @@ class _Lanes:
         log: Log,
         report: Report,
         closure: Closure | None = None,
+        most: float | None = None,
     ) -> None:
         backend = judge.backend
         assert isinstance(backend, KernelBackend), "has_lanes was not asked"
         self._problem, self._judge, self._log = problem, judge, log
-        leaving = None if closure is None else closure.leaving()
+        leaving = None
+        if closure is not None:
+            leaving = closure.leaving(math.inf if most is None else most * (1.0 + PROVEN))
         self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
         source = start_sets(problem, judge, self._graph)
-        beyond = math.inf if closure is None else closure.next
-        self._search = LaneSearch(self._graph, source, log, tracer(report), beyond)
+        self._beyond = math.inf if closure is None else closure.next
+        self._search = LaneSearch(self._graph, source, log, tracer(report), self._beyond)
         self.exhausted = False
 
     def run(self) -> SearchResult:
         """Search for the cheapest plan."""
         graph, search = self._graph, self._search
         status = search.run()
-        proven = search.cost <= search.bound * (1.0 + PROVEN)
+        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
         self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
         with limits.lifted():
             arcs, legs = search.path()
@@ -151,9 +172,6 @@ class _Lanes:
         )
         return result_of(status, search.cost, search.bound, moves, statistics)
 
-
-GENEROUS = 1.5
-"""The first part explored is that much larger, in travel, than what leads to the goal."""
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
 """From judge, the goal's valid nodes (at least one) and what may break it off."""

@@ -142,6 +142,7 @@ class SearchResult:
         optimal: whether the plan is proven optimal on the lattice.
         statistics: at least ``time_s``, ``expanded``, ``generated``, ``mode_decisions`` and
             ``history``, a list of [time, cost or None, bound].
+        others: plans that were found before the best, as far as they are kept, the cheapest first.
     """
 
     status: Status
@@ -150,6 +151,7 @@ class SearchResult:
     lower_bound: float = 0.0
     optimal: bool = False
     statistics: Mapping[str, Any] = field(default_factory=dict)
+    others: tuple[tuple[Move, ...], ...] = ()
 
 
 class Planner(ABC):

@@ -1,9 +1,10 @@
 """Compiling on two cores where nothing is compiled yet.
 
 A process compiles one function at a time. So another one compiles what the mode decision calls at
-its edges and what lanes need, and keeps it on disk; this one meanwhile compiles the simplex, what
-hubs and routes need, and then the decision, which takes the other's work from there. The calls
-below compute next to nothing: they are there for the types of their arguments.
+its edges, and keeps it on disk; this one meanwhile compiles the simplex, what lanes, hubs, routes
+and swept tests need, and then the decision, which takes the other's work from there. The calls
+below compute next to nothing: they are there for the types of their arguments. What few scenarios
+ask for is compiled when they do: commands where z_min is 0, several cases, the contact lattice.
 """
 
 from __future__ import annotations
@@ -19,6 +20,11 @@ from gm_ompl import clock, compilation
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.cores import cores
+from gm_ompl.geometry.collision import Scene
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.solids import Body, box
+from gm_ompl.geometry.sweep import Sweep
+from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.graph import hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
 from gm_ompl.holds.rows import Tables, settle
@@ -80,6 +86,8 @@ def decision() -> None:
     )  # fmt: skip
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
+    lanes()
+    sweeps()
     decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
 
 
@@ -200,6 +208,14 @@ def hubs_and_routes() -> None:
     bounds.reaches(none, 0, 0, tables, cuts, rows)
 
 
+def sweeps() -> None:
+    """Compile what swept tests need."""
+    still = Sweep(Pose(np.eye(3), np.ones(3)), np.zeros(3), np.eye(3)[2], 0.0, np.zeros(3))
+    cube = Body((box(np.zeros(3), np.ones(3)),))
+    scene = SweptScene(Scene(cube, [cube], floor=True))
+    scene.object_free(still)
+    scene.free_placements(still, np.zeros((1, 3)), 0.1)
+
+
 if __name__ == "__main__":
     edges()
-    lanes()

@@ -30,7 +30,9 @@ def _ompl_planner(called: str, row: Offer) -> type[Planner]:
 
     class OmplPlanner(Planner):
         name: ClassVar[str] = called
-        specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=row.anytime, randomised=True)
+        specs: ClassVar[PlannerSpecs] = PlannerSpecs(
+            optimal=row.anytime, randomised=True, free=True
+        )
         parameters: ClassVar[tuple[Parameter, ...]] = row.parameters
 
         def solve(
@@ -113,7 +115,7 @@ def suited(planner: Planner, problem: Problem) -> None:
     """
     if planner.specs.free or not isinstance(problem.motion, FreeMotion):
         return
-    able = " or ".join(name for name, kind in PLANNERS.items() if kind.specs.free)
     raise InputError(
-        f"{planner.name} plans along paths and in the plane; for free motion take {able}"
+        f"{planner.name} plans along paths and in the plane; a planner that needs no coordinates "
+        f"says so by specs.free, as all named ones do: {', '.join(PLANNERS)}"
     )

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from gm_ompl.contact.decision import ModeDecision
-from gm_ompl.contact.junction import Passage
+from gm_ompl.contact.junction import JunctionVerdict
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -36,13 +36,26 @@ class Steady(NamedTuple):
     """
 
     moves: tuple[Move, ...]
-    passages: tuple[Passage, ...] | None
+    passages: tuple[JunctionVerdict, ...] | None
+
+    @property
+    def fails(self) -> bool:
+        """Whether it is known that a junction does not hold, not even at rest."""
+        return JunctionVerdict.FAILS in (self.passages or ())
+
+    @property
+    def stands(self) -> bool:
+        """Whether there is a plan and it is known that all junctions hold, if only at rest."""
+        return bool(self.moves) and self.passages is not None and not self.fails
 
     def statistics(self) -> dict[str, int | None]:
         """Return how many junctions hold only while the object rests, and how many fail."""
         if not self.moves:
             return {}
-        names = {"resting_junctions": Passage.RESTS, "failing_junctions": Passage.FAILS}
+        names = {
+            "resting_junctions": JunctionVerdict.RESTS,
+            "failing_junctions": JunctionVerdict.FAILS,
+        }
         found = self.passages
         return {k: None if found is None else found.count(v) for k, v in names.items()}
 

@@ -1,4 +1,4 @@
-"""The arcs that leave a pose of the contact lattice, stated plainly (docs/free-motion.md)."""
+"""The arcs that leave a pose of the contact lattice, stated plainly (background/free-motion.md)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
 from gm_ompl.reference.contact_lines import (
     SAME,
     Group,
-    Line,
+    PlainLine,
     contact_lines,
     distinct,
     groups,
@@ -30,7 +30,7 @@ ON_GRID = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class PlainStand:
     """A pose with what its contacts say.
 
     Attributes:
@@ -43,12 +43,12 @@ class Stand:
 
     pose: Pose
     groups: tuple[Group, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[PlainLine, ...]
     begins: bool
 
 
 @dataclass(frozen=True, eq=False)
-class Offer:
+class PlainOffer:
     """An arc that the contact lattice has, or would have in a wider region.
 
     Attributes:
@@ -60,7 +60,7 @@ class Offer:
 
     arc: Screw
     parts: int
-    line: Line | None
+    line: PlainLine | None
     inside: bool
 
 
@@ -82,18 +82,18 @@ class ContactArcs:
         self._tolerance = environment.contact_tolerance * self._D
         self._ends = EarlyEnds(body, environment)
 
-    def stand(self, pose: Pose) -> Stand:
+    def stand(self, pose: Pose) -> PlainStand:
         """Return what the contacts at ``pose`` say."""
         contacts = environment_contacts(self._body, self._environment, pose)
         found = groups(contacts, self._tolerance)
         lines = [line for group in found for line in contact_lines(group, self._tolerance)]
-        lines += [Line(pose.position, group.normal) for group in found]
+        lines += [PlainLine(pose.position, group.normal) for group in found]
         if not found:
-            lines = [Line(pose.position, axis) for axis in np.eye(3)]
+            lines = [PlainLine(pose.position, axis) for axis in np.eye(3)]
         turned = distinct([line for line in lines if self._listed(line)], self._D)
-        return Stand(pose, tuple(found), tuple(turned), self._begins(pose, contacts))
+        return PlainStand(pose, tuple(found), tuple(turned), self._begins(pose, contacts))
 
-    def offers(self, stand: Stand, under_way: Line | None) -> Iterator[Offer]:
+    def offers(self, stand: PlainStand, under_way: PlainLine | None) -> Iterator[PlainOffer]:
         """Yield the arcs that leave a pose, in the order of the rules, those out of the region too.
 
         Args:
@@ -113,7 +113,7 @@ class ContactArcs:
                 turn = Tumble(line.point, line.direction, angle)
                 yield from self._offer(stand.pose, turn, self._steps.rotation, line)
 
-    def under_way(self, head: Stand, line: Line | None) -> Line | None:
+    def under_way(self, head: PlainStand, line: PlainLine | None) -> PlainLine | None:
         """Return the rotation under way at ``head``, where an arc about ``line`` led."""
         return None if head.begins else line
 
@@ -137,9 +137,19 @@ class ContactArcs:
         places = piece.pivot + along + np.cos(angles) * out + np.sin(angles) * side
         return bool((places >= low).all() and (places <= high).all())
 
+    def slides_along(self, stand: PlainStand, direction: Array) -> bool:
+        """Whether a direction (3,) is that of a line on which contacts of a pose lie."""
+        lines = (
+            line
+            for group in stand.groups
+            if len(group.points) > 1
+            for line in contact_lines(group, self._tolerance)
+        )
+        return any(parallel(line.direction, direction) for line in lines)
+
     def _offer(
-        self, start: Pose, whole: Piece, length: float, line: Line | None
-    ) -> Iterator[Offer]:
+        self, start: Pose, whole: Piece, length: float, line: PlainLine | None
+    ) -> Iterator[PlainOffer]:
         """Yield the arc that follows ``whole``, of a length in its own unit, if there is one."""
         t = self._ends.end(start, whole)
         if t == 0.0:
@@ -153,11 +163,11 @@ class ContactArcs:
         step = self._steps.translation if line is None else self._steps.rotation
         steps = t * length / step
         if steps >= 1.0 - WHOLE:
-            yield Offer(Screw(start, piece), self._samples, line, inside)
+            yield PlainOffer(Screw(start, piece), self._samples, line, inside)
             return
         parts = max(1, math.ceil(self._samples * steps - WHOLE))
         pitch = 1.0 / (self._samples * steps)
-        yield Offer(Screw(start, piece, pitch=pitch), parts, line, inside)
+        yield PlainOffer(Screw(start, piece, pitch=pitch), parts, line, inside)
 
     def _translations(self, pose: Pose) -> Iterator[tuple[int, Array]]:
         """Yield, per listed axis and sense, the way to the next multiple of the step."""
@@ -170,7 +180,7 @@ class ContactArcs:
                 by[axis] = following * step - place
                 yield axis, by
 
-    def _slopes(self, stand: Stand) -> list[Array]:
+    def _slopes(self, stand: PlainStand) -> list[Array]:
         """Return directions of contact lines that the listed axes do not offer."""
         found: list[Array] = []
         for group in stand.groups:
@@ -185,7 +195,7 @@ class ContactArcs:
                     found.append(line.direction)
         return found
 
-    def _listed(self, line: Line) -> bool:
+    def _listed(self, line: PlainLine) -> bool:
         rotate = self._steps.rotate
         return rotate is None or any(parallel(line.direction, axis) for axis in rotate)
 

@@ -17,8 +17,8 @@ from gm_ompl.motion.free import FreeMotion, angle_between
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph, Way
 from gm_ompl.problem import Problem
-from gm_ompl.reference.contact_arcs import ContactArcs, Stand
-from gm_ompl.reference.contact_lines import SAME, Line
+from gm_ompl.reference.contact_arcs import ContactArcs, PlainStand
+from gm_ompl.reference.contact_lines import SAME, PlainLine
 
 CELL = 1e-3
 """Size of the cells in which equal poses are looked for, relative to D."""
@@ -27,12 +27,12 @@ CELL = 1e-3
 def object_graph(problem: Problem) -> ObjectGraph:
     """Return what the plain search walks."""
     if isinstance(problem.motion, FreeMotion):
-        return ContactLattice(problem, problem.motion)
+        return PlainContactLattice(problem, problem.motion)
     return problem.object_graph
 
 
 @final
-class ContactLattice:
+class PlainContactLattice:
     """Poses that arcs lead to from the start, made when they are asked for.
 
     Args:
@@ -50,8 +50,8 @@ class ContactLattice:
         self._motion, self._D = motion, problem.body.diagonal
         samples = problem.cost.samples_per_arc
         self._arcs = ContactArcs(problem.body, problem.environment, motion, samples)
-        self._stands: list[Stand] = []
-        self._under_way: list[Line | None] = []
+        self._stands: list[PlainStand] = []
+        self._under_way: list[PlainLine | None] = []
         self._depths: list[int] = []
         self._cells: dict[tuple[int, ...], list[int]] = {}
         self._leaving: dict[int, tuple[GraphArc, ...]] = {}
@@ -95,7 +95,7 @@ class ContactLattice:
     def way(self, nodes: Sequence[int]) -> Way:
         """Return the way past nodes that arcs join, the first of them the start."""
         arcs = [
-            next(arc for arc in self.arcs_from(tail) if arc.head == head)._replace(head=k)
+            next(arc for arc in self.arcs_from(tail) if arc.head == head).leading_to(k)
             for k, (tail, head) in enumerate(itertools.pairwise(nodes), start=1)
         ]
         return Way(tuple(map(self.pose, nodes)), ((),) * len(nodes), tuple(arcs))
@@ -114,7 +114,7 @@ class ContactLattice:
             self._leaving[node] = tuple(arcs.values())
         return self._leaving[node]
 
-    def _node(self, pose: Pose, line: Line | None, depth: int) -> int:
+    def _node(self, pose: Pose, line: PlainLine | None, depth: int) -> int:
         """Return the node at a pose that an arc about ``line`` led to, new or known."""
         stand = self._arcs.stand(pose)
         under_way = self._arcs.under_way(stand, line)
@@ -130,7 +130,7 @@ class ContactLattice:
         self._cells.setdefault(tuple(cell.tolist()), []).append(node)
         return node
 
-    def _same(self, node: int, pose: Pose, under_way: Line | None) -> bool:
+    def _same(self, node: int, pose: Pose, under_way: PlainLine | None) -> bool:
         line = self._under_way[node]
         if line is None or under_way is None:
             return line is under_way and self._equal(node, pose)

@@ -16,7 +16,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class PlainLine:
     """A line in the world, without a sense.
 
     Attributes:
@@ -36,7 +36,7 @@ class Line:
         arm = point - self.point
         return float(np.linalg.norm(arm - (arm @ self.direction) * self.direction))
 
-    def equals(self, other: Line, diagonal: float) -> bool:
+    def equals(self, other: PlainLine, diagonal: float) -> bool:
         """Whether two lines count as one; ``diagonal`` is D."""
         near = self.off(other.point) <= SAME * diagonal
         return near and parallel(self.direction, other.direction)
@@ -80,7 +80,7 @@ def groups(contacts: EnvironmentContacts, tolerance: float) -> list[Group]:
     return [Group(np.array(points), normal) for _, normal, points in members]
 
 
-def contact_lines(group: Group, tolerance: float) -> list[Line]:
+def contact_lines(group: Group, tolerance: float) -> list[PlainLine]:
     """Return the lines along the edges of a group's hull in its plane.
 
     Any two points that leave all others on one side are an edge. The longest edge along a line
@@ -88,27 +88,27 @@ def contact_lines(group: Group, tolerance: float) -> list[Line]:
     """
     points = group.points
     if len(points) == 1:
-        return [Line(points[0], axis) for axis in np.eye(3)]
+        return [PlainLine(points[0], axis) for axis in np.eye(3)]
     pairs = sorted(
         itertools.combinations(range(len(points)), 2),
         key=lambda pair: -float(np.linalg.norm(points[pair[1]] - points[pair[0]])),
     )
-    lines: list[Line] = []
+    lines: list[PlainLine] = []
     for i, j in pairs:
         if not np.linalg.norm(points[j] - points[i]) > tolerance:
             continue
-        line = Line(points[i], points[j] - points[i])
+        line = PlainLine(points[i], points[j] - points[i])
         heights = (points - points[i]) @ cross(group.normal, line.direction)
         if heights.min() < -tolerance and heights.max() > tolerance:
             continue
         if not any(max(known.off(points[i]), known.off(points[j])) <= tolerance for known in lines):
             lines.append(line)
-    return lines or [Line(points[0], axis) for axis in np.eye(3)]
+    return lines or [PlainLine(points[0], axis) for axis in np.eye(3)]
 
 
-def distinct(lines: Sequence[Line], diagonal: float) -> Iterator[Line]:
+def distinct(lines: Sequence[PlainLine], diagonal: float) -> Iterator[PlainLine]:
     """Yield lines that are equal once, the first of them."""
-    kept: list[Line] = []
+    kept: list[PlainLine] = []
     for line in lines:
         if not any(line.equals(other, diagonal) for other in kept):
             kept.append(line)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +18,7 @@ GAP = 1e-9
 """Cutting stops where both bounds on z lie within this, relative to max(z, 1e-2)."""
 
 
-@dataclass(frozen=True, eq=False)
-class ExactBest:
+class ExactBest(NamedTuple):
     """z for the best f_com, between two bounds that are exact but for the last digit.
 
     Attributes:
@@ -46,27 +45,50 @@ def exact_best(model: Statics, force: BoolArray, effort: Effort) -> ExactBest:
     Raises:
         SolverError: where that does not suffice.
     """
-    limits, best = np.where(force, 0.5 * model.f_max, model.f_max), None
-    cuts: list[tuple[float, Array]] = []
+    return exact_common([model], [np.ones(model.fingers)], model.f_max, force, effort)
+
+
+def exact_common(
+    models: Sequence[Statics], presses: Sequence[Array], most_f: Array, force: BoolArray,
+    effort: Effort,
+) -> ExactBest:  # fmt: skip
+    """Solve Problem (6) likewise for the f_com that is best in the worst of several cases.
+
+    Args:
+        models: the mechanics of each case.
+        presses: (n,) per case, what a command of 1 presses with.
+        most_f: (n,), the largest commands.
+        force: (n,), which fingers are force-controlled.
+        effort: what it may cost.
+
+    Raises:
+        SolverError: where that does not suffice.
+    """
+    f_com, best, cuts = 0.5 * most_f, None, list[tuple[float, Array]]()
     while True:
-        found = exact_margin(model, limits.tolist(), force, effort)
-        c, slopes = (
-            _cut(model, found.wrench, force)
-            if found.wrench
-            else (np.inf, np.zeros(int(force.sum())))
-        )
-        at = c + float(slopes @ limits[force])
-        z = min(found.z, max(at, 0.0))
-        if best is None or z > best.least or (z == best.least and at > best.most):
-            best = ExactBest(z, at, np.where(force, limits, 0.0), found.direction)
-        if not force.any() or not found.wrench:
+        found, ceiling, bounded = None, np.inf, False
+        for model, press in zip(models, presses, strict=True):
+            limits = np.where(force, f_com * press, model.f_max)
+            margin = exact_margin(model, limits.tolist(), force, effort)
+            at = np.inf
+            if margin.wrench:
+                c, slopes = _cut(model, margin.wrench, force)
+                cuts.append((c, slopes * press[force]))
+                at, bounded = c + float(slopes @ limits[force]), True
+            if found is None or margin.z < found.z:
+                found = margin
+            ceiling = min(ceiling, at)
+        assert found is not None, "there is a case"
+        z = min(found.z, max(ceiling, 0.0))
+        if best is None or z > best.least or (z == best.least and ceiling > best.most):
+            best = ExactBest(z, ceiling, np.where(force, f_com, 0.0), found.direction)
+        if not force.any() or not bounded:
             return best
-        cuts.append((c, slopes))
-        most, f = _trial(cuts, model.f_max[force], effort)
-        if most - best.least <= GAP * max(most, 1e-2) or len(cuts) == ROUNDS:
-            return ExactBest(best.least, most, best.f_com, best.direction)
-        limits = model.f_max.copy()
-        limits[force] = f
+        most, f = _trial(cuts, most_f[force], effort)
+        if most - best.least <= GAP * max(most, 1e-2) or len(cuts) >= ROUNDS * len(models):
+            return best._replace(most=most)
+        f_com = most_f.copy()
+        f_com[force] = f
 
 
 def _trial(

@@ -54,7 +54,11 @@ def excessive_internal_force(model: Statics, position: Collection[int]) -> Inter
 
     Exact arithmetic judges where HiGHS gives no certificate.
     """
-    A = unit_wrenches(model, position)
+    return judged(unit_wrenches(model, position))
+
+
+def judged(A: Array) -> InternalForce:
+    """Judge Problem (5) for wrenches (6, e) of unit norm, those of several cases together."""
     if A.shape[1] == 0:
         none = np.zeros(0)
         return InternalForce(False, A, none, np.inf, np.zeros(6), np.inf, False)

@@ -242,6 +242,9 @@ class ReferenceJudge:
 
 def _rounded(contacts: ContactState, length: float) -> bytes:
     """Return what the programs see of a contact state, as bytes."""
-    parts = (contacts.points / length, contacts.normals, contacts.slip, contacts.rotation)
+    parts = (
+        contacts.points / length, contacts.normals, contacts.slip, contacts.rotation,
+        contacts.surfaces.astype(np.float64),
+    )  # fmt: skip
     # Adding 0 turns -0.0 into 0.0, whose bytes differ.
     return b"|".join((np.round(part, _MEMO_DIGITS) + 0.0).tobytes() for part in parts)

@@ -9,33 +9,46 @@ from scipy.optimize import nnls
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode
+from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.cases import cases, hardest
 from gm_ompl.reference.equilibrium import in_equilibrium
 from gm_ompl.reference.exact import Effort, balanced
 from gm_ompl.reference.statics import Statics
 
 
 def equilibrium(
-    model: Statics, modes: Sequence[ControlMode], f_com: Sequence[float | None]
+    instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None]
 ) -> bool:
     """Whether forces within cones and limits balance the load, the commands as given.
 
-    Forces found by least squares prove themselves; where there are none, HiGHS is asked, and exact
-    arithmetic decides what it does not.
+    Where something is uncertain they must in every case.
 
     Args:
-        model: the mechanics.
+        instant: the contacts, the fingers, the object.
         modes: per finger.
         f_com: per finger, its commanded normal force in the scenario's units; None under position
             control.
 
     Raises:
-        SolverError: neither returned an answer.
+        SolverError: neither solver returned an answer.
     """
     force = np.array([mode is ControlMode.FORCE for mode in modes], dtype=bool)
     commanded = np.array([0.0 if f is None else f for f in f_com], dtype=np.float64)
-    limits = np.where(force, commanded / model.scale, model.f_max)
+    for case in hardest(cases(instant)):
+        limits = np.where(force, case.commanded(commanded / case.model.scale), case.model.f_max)
+        if not _balanced(case.model, limits, force):
+            return False
+    return True
+
+
+def _balanced(model: Statics, limits: Array, force: BoolArray) -> bool:
+    """Whether forces balance the load in one case.
+
+    Forces found by least squares prove themselves; where there are none, HiGHS is asked, and exact
+    arithmetic decides what it does not.
+    """
     if _balance(model, limits, force):
         return True
     try:

@@ -10,10 +10,13 @@ import numpy as np
 
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
+from gm_ompl.reference.bases import Bases
+from gm_ompl.reference.cases import cases, stabilities, stability_in
 from gm_ompl.reference.equilibrium import BALANCED, central_command
-from gm_ompl.reference.internal_force import InternalForce, excessive_internal_force
-from gm_ompl.reference.stability import Stability, stability, stability_at
+from gm_ompl.reference.internal_force import InternalForce, judged, unit_wrenches
+from gm_ompl.reference.stability import Stability, stability_at
 from gm_ompl.reference.statics import Statics, force_unit, statics
+from gm_ompl.uncertainty.worlds import squeezing
 
 Modes = tuple[ControlMode, ...]
 
@@ -58,6 +61,8 @@ def best_mode_set(instant: Instant, prefer: Modes | None = None) -> ModeSet | No
     whole; where a superset passed, z cannot be larger, as a force-controlled finger's forces
     are among those of the same finger under position control.
 
+    Where something is uncertain (5) must hold, and z is the least, in all cases.
+
     Args:
         instant: the contacts, the fingers, the object.
         prefer: modes to prefer among equally many position-controlled fingers, in a tie.
@@ -65,10 +70,10 @@ def best_mode_set(instant: Instant, prefer: Modes | None = None) -> ModeSet | No
     Raises:
         SolverError: the solver returned no answer.
     """
-    model = statics(instant)
+    among = cases(instant)
     sets = [
-        ModeSet(modes, verdict, stability(model, modes))
-        for modes, verdict in maximal_sets(model).passed
+        ModeSet(modes, verdict, stability_in(among, modes))
+        for modes, verdict in maximal_sets(squeezed(instant)).passed
     ]
     return choose(sets, prefer)
 
@@ -79,15 +84,24 @@ def all_mode_sets(instant: Instant) -> tuple[ModeSet, ...]:
     Raises:
         SolverError: the solver returned no answer.
     """
-    model = statics(instant)
-    return tuple(_judge(model, modes) for modes in combinations(model.fingers))
+    among, models = cases(instant), squeezed(instant)
+    judgements = ((modes, _excessive(models, modes)) for modes in combinations(models[0].fingers))
+    return tuple(
+        ModeSet(modes, verdict, None if verdict.excessive else stability_in(among, modes))
+        for modes, verdict in judgements
+    )
+
+
+def squeezed(instant: Instant) -> tuple[Statics, ...]:
+    """Return the mechanics with whose columns together Problem (5) is asked."""
+    return tuple(statics(there) for there in squeezing(instant))
 
 
 def margin(
     instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None],
     allowed: float = BALANCED,
 ) -> float:  # fmt: skip
-    """Return z for fixed modes and fixed f_com; Problem (5) is not asked.
+    """Return z for fixed modes and fixed f_com, in the worst case; Problem (5) is not asked.
 
     Args:
         instant: the contacts, the fingers, the object.
@@ -98,9 +112,12 @@ def margin(
     Raises:
         SolverError: the solver returned no answer.
     """
-    model = statics(instant)
+    among, scale = cases(instant), force_unit(instant)
     commanded = np.array([0.0 if f is None else f for f in f_com], dtype=np.float64)
-    return stability_at(model, modes, commanded / model.scale, allowed).z * model.scale
+    if len(among) == 1:
+        return stability_at(among[0].model, modes, commanded / scale, allowed).z * scale
+    found = stabilities(among, modes, commanded / scale, Bases(), allowed)
+    return min(each.z for each in found) * scale
 
 
 def choose(sets: Sequence[ModeSet], prefer: Modes | None = None) -> ModeSet | None:
@@ -126,7 +143,7 @@ def decision(best: ModeSet | None, instant: Instant) -> ModeDecision:
     if best.stability.z == -np.inf:
         return ModeDecision(Outcome.NO_EQUILIBRIUM, -np.inf)
     scale, commands = force_unit(instant), best.stability.f_com
-    if best.stability.z == 0.0 and ControlMode.FORCE in best.modes:
+    if best.stability.z == 0.0 and ControlMode.FORCE in best.modes and not instant.uncertainty:
         force = np.array([mode is ControlMode.FORCE for mode in best.modes])
         central = central_command(statics(instant), force)
         commands = commands if central is None else central
@@ -159,8 +176,8 @@ class MaximalSets:
     marginal: bool
 
 
-def maximal_sets(model: Statics) -> MaximalSets:
-    """Ask Problem (5) of as few sets as tell.
+def maximal_sets(models: Sequence[Statics]) -> MaximalSets:
+    """Ask Problem (5) of as few sets as tell, with the columns of all ``models`` together.
 
     Raises:
         SolverError: the solver returned no answer.
@@ -168,12 +185,12 @@ def maximal_sets(model: Statics) -> MaximalSets:
     passed: dict[frozenset[int], tuple[Modes, InternalForce]] = {}
     failed: list[frozenset[int]] = []
     marginal = False
-    for modes in combinations(model.fingers):
+    for modes in combinations(models[0].fingers):
         position = _position(modes)
         # The largest sets first: most often all fingers, or all but one, pass at once.
         if any(position <= other for other in passed) or any(position >= f for f in failed):
             continue
-        verdict = excessive_internal_force(model, position)
+        verdict = _excessive(models, modes)
         marginal = marginal or verdict.marginal
         if verdict.excessive:
             failed.append(position)
@@ -182,9 +199,8 @@ def maximal_sets(model: Statics) -> MaximalSets:
     return MaximalSets(tuple(passed.values()), marginal)
 
 
-def _judge(model: Statics, modes: Modes) -> ModeSet:
-    verdict = excessive_internal_force(model, _position(modes))
-    return ModeSet(modes, verdict, None if verdict.excessive else stability(model, modes))
+def _excessive(models: Sequence[Statics], modes: Modes) -> InternalForce:
+    return judged(np.hstack([unit_wrenches(model, _position(modes)) for model in models]))
 
 
 def _position(modes: Modes) -> frozenset[int]:

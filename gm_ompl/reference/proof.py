@@ -8,6 +8,7 @@ the polar of the environment's cone, moved into it along Problem (5)'s separatin
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +18,14 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.cases import Case, cases, exact_stability
 from gm_ompl.reference.exact import Effort, balanced
 from gm_ompl.reference.exact_command import exact_best, joint_best
 from gm_ompl.reference.internal_force import InternalForce
-from gm_ompl.reference.modes import Modes, ModeSet, choose, decision, maximal_sets
+from gm_ompl.reference.modes import Modes, ModeSet, choose, decision, maximal_sets, squeezed
 from gm_ompl.reference.program import LpStatus
 from gm_ompl.reference.stability import DIRECTIONS, Stability, stability_program
-from gm_ompl.reference.statics import Statics, statics
+from gm_ompl.reference.statics import Statics
 
 CLOSE = 9e-7
 """Both bounds lie within this of each other, relative to max(z, LITTLE): else no proof."""
@@ -65,10 +67,13 @@ def proven_decision(instant: Instant, prefer: Modes | None = None) -> ModeDecisi
         instant: the contacts, the fingers, the object.
         prefer: modes to prefer among equally many position-controlled fingers, in a tie.
     """
-    model, judged = statics(instant), []
+    among, judged = cases(instant), []
     try:
-        sets = maximal_sets(model)
-        found = [bracket(model, modes, verdict) for modes, verdict in sets.passed]
+        sets = maximal_sets(squeezed(instant))
+        found = [
+            bracket(among[0].model, modes, verdict) if len(among) == 1 else common(among, modes)
+            for modes, verdict in sets.passed
+        ]
     except SolverError:
         return None
     if sets.marginal or not all(each.closed for each in found):
@@ -100,6 +105,18 @@ def bracket(model: Statics, modes: Modes, verdict: InternalForce) -> Bracket:
         best = joint_best(model, force, effort)
     if best.least <= 0.0 and not balanced(model, model.f_max, nobody, effort):
         return Bracket(-np.inf, -np.inf, np.zeros(model.fingers), -1)
+    return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
+
+
+def common(among: Sequence[Case], modes: Modes) -> Bracket:
+    """Return what is proven of z in the worst case for modes that pass Problem (5).
+
+    Raises:
+        SolverError: where exact arithmetic takes too long.
+    """
+    best = exact_stability(among, modes, Effort())
+    if best.least == -np.inf:
+        return Bracket(-np.inf, -np.inf, np.zeros(len(modes)), -1)
     return Bracket(best.least, max(best.most, 0.0), best.f_com, best.direction)
 
 

@@ -29,7 +29,7 @@ class Statics:
             for a soft finger's two normals, else zero.
         N_rob: (3n, n), their normals.
         R_sqrt: (6, 6), the upper Cholesky factor of R.
-        Q_known: (6,), gravity divided by ``scale``.
+        Q_known: (6,), gravity, and what is more of it in a world, divided by ``scale``.
         f_max: (n,), limits on the normal forces divided by ``scale``.
         scale: the unit of force.
         columns: per finger, which of the r columns are its own.
@@ -83,19 +83,20 @@ def statics(instant: Instant) -> Statics:
     """Assemble Sec. 2.2 at an instant."""
     contacts = instant.contacts
     scale = force_unit(instant)
-    world_x, world_y, world_z = contacts.rotation  # rows: the world's axes, object frame
+    world_x, world_y, _ = contacts.rotation  # rows: the world's axes, object frame
     C_env = [
-        sliding_edge(n, instant.environment_friction, slip)[:, None]
+        sliding_edge(n, mu, slip)[:, None]
         if slip.any()
-        else friction_cone(n, instant.environment_friction, instant.cone_edges, world_x, world_y)
-        for n, slip in zip(contacts.normals, contacts.slip, strict=True)
+        else friction_cone(n, mu, instant.cone_edges, world_x, world_y)
+        for n, slip, mu in zip(
+            contacts.normals, contacts.slip, instant.friction_at_contacts.tolist(), strict=True
+        )
     ]
     tips = [
         fingertip(n, mu, instant.cone_edges, soft)
         for n, mu, soft in zip(instant.normals, instant.friction, instant.soft, strict=True)
     ]
     ends = np.cumsum([0, *(forces.shape[1] for forces, _ in tips)]).tolist()
-    weight = instant.mass * instant.gravity / scale
     return Statics(
         W_env=wrench_matrix(contacts.points),
         C_env=_block_diagonal(C_env),
@@ -104,11 +105,18 @@ def statics(instant: Instant) -> Statics:
         M_rob=np.hstack([np.zeros((3, 0)), *(moments for _, moments in tips)]),
         N_rob=_block_diagonal([n[:, None] for n in instant.normals]),
         R_sqrt=scaling_root(instant.mass, instant.inertia),
-        Q_known=np.concatenate([-weight * world_z, np.zeros(3)]),
+        Q_known=known_wrench(instant),
         f_max=instant.max_normal_force / scale,
         scale=scale,
         columns=tuple(slice(a, b) for a, b in pairwise(ends)),
     )
+
+
+def known_wrench(instant: Instant) -> Array:
+    """Return Q_known, (6,), of gravity, over ``force_unit``."""
+    weight = instant.mass * instant.gravity * instant.contacts.rotation[2]
+    known: Array = (np.concatenate([-weight, np.zeros(3)]) + instant.excess) / force_unit(instant)
+    return known
 
 
 def force_unit(instant: Instant) -> float:

@@ -146,10 +146,12 @@ class Anytime:
 
     def __init__(self, judge: Judge, settings: ImprovingSettings, rng: np.random.Generator) -> None:
         self._judge, self._settings, self._rng = judge, settings, rng
+        self._coordinates = judge.problem.motion.dimension > 0
         self._explorer = Explorer(judge, True, settings, rng)
         self._draw = SetDraw(judge.problem, judge, settings.placement_bias, settings.uniform_share)
         self._improvers: dict[Course, Improver] = {}
         self._best: Course | None = None
+        self._next: list[Course] = []
         self._stalled = 0
         self._unrefined = math.inf
         self._refinement: Refinement | None = None
@@ -171,9 +173,11 @@ class Anytime:
         if self._best is None or self._rng.random() < self._settings.exploring_share:
             found = self._explorer.step(stop)
             return found is not None and self._accept(*found)
-        if self._rng.random() < self._settings.smoothing_share:
+        if self._coordinates and self._rng.random() < self._settings.smoothing_share:
             return self._polish(stop)
-        if self._stalled >= self._settings.stall_limit:
+        if not self._coordinates and self._rng.random() < self._settings.rerouting_share:
+            self._reroute()
+        elif self._stalled >= self._settings.stall_limit:
             self._vary()
         course = self._course()
         improver = self._improvers[course]
@@ -193,7 +197,8 @@ class Anytime:
         self._improvers[course].legs = legs
         self._best, self._stalled = course, 0
         self._unrefined = cost
-        self._refinement = Refinement(self._judge.problem, self._judge, moves, self._rng)
+        if self._coordinates:
+            self._refinement = Refinement(self._judge.problem, self._judge, moves, self._rng)
         return self._keep(cost, moves)
 
     def _keep(self, cost: float, moves: tuple[Move, ...]) -> bool:
@@ -221,6 +226,8 @@ class Anytime:
     def _course(self) -> Course:
         """Return the best course, or now and then another one that may become better."""
         assert self._best is not None, "there is a plan"
+        if self._next:
+            return self._next.pop()
         others = [
             course
             for course, improver in self._improvers.items()
@@ -237,10 +244,35 @@ class Anytime:
         assert self._best is not None, "there is a plan"
         self._stalled = 0
         course = self._explorer.variant(self._best.store.route)
-        if course is None:
-            return
+        if course is not None:
+            self._take_up(course)
+
+    def _take_up(self, course: Course) -> None:
+        """Add a course, with the best one's sets to begin with."""
+        assert self._best is not None, "there is a plan"
         self._add(course)
         known = self._improvers[self._best]
         lanes = [lane for lane, _, _ in known.legs]
         self._improvers[course].seed(lanes)
         self._improvers[course].sample.add(known.sample.sets)
+
+    def _reroute(self) -> None:
+        """Look for a route beside the best one along which the best one's sets may do better."""
+        assert self._best is not None, "there is a plan"
+        best = self._improvers[self._best]
+        route = self._explorer.routes.variant(self._best.store.route)
+        if route is None:
+            return
+        course = self._explorer.course(route)
+        if self._hoped(course, best) < self._unrefined * CHEAPER:
+            self._explorer.courses.append(course)
+            self._take_up(course)
+            self._next.append(course)
+
+    def _hoped(self, course: Course, best: Improver) -> float:
+        """Return what a plan along a route may cost with the sets of the best plan."""
+        lanes = as_sets([lane for lane, _, _ in best.legs], best.sample.sets.shape[1])
+        costs = course.store.costs(np.concatenate([lanes, best.sample.sets]))
+        together = costs[: len(lanes)].min(axis=0, initial=math.inf).sum()
+        regrasps = (len(lanes) - 1) * self._judge.problem.cost.regrasp
+        return float(min(costs.sum(axis=1).min(initial=math.inf), together + regrasps))

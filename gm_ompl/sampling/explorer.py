@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Final, Protocol, final
 
 import numpy as np
 
@@ -13,11 +13,18 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.extraction import Leg, merged, moves_of
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.holds.watch import Stop
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.problem import Move
+from gm_ompl.sampling.free_routes import FreeRouteMaker
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
-from gm_ompl.sampling.route_maker import Route, RouteMaker
+from gm_ompl.sampling.route import Route
+from gm_ompl.sampling.route_maker import RouteMaker
 from gm_ompl.sampling.settings import ExploringSettings
 from gm_ompl.sampling.tree import Tree, join
+
+FREE_STEPS: Final = 25
+"""Growth steps per route of free motion, on average, before another one is tried: they are cheap,
+and some cannot be carried through."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +46,16 @@ class Course:
         return (0.05 + covered) / (1.0 + 0.01 * sum(tree.steps for tree in self.trees))
 
 
+class Routes(Protocol):
+    """Where routes come from."""
+
+    def make(self, stop: Stop) -> Route | None:
+        """Return the next route, or None where the attempt failed."""
+
+    def variant(self, route: Route) -> Route | None:
+        """Return a route much like ``route``, or None where that failed."""
+
+
 @final
 class Explorer:
     """Grows trees until a plan is found.
@@ -51,6 +68,7 @@ class Explorer:
 
     Attributes:
         courses: the routes tried so far.
+        routes: where they come from.
         sets: canonical sets.
     """
 
@@ -59,12 +77,17 @@ class Explorer:
     ) -> None:
         problem = judge.problem
         self._judge, self._settings, self._rng = judge, settings, rng
-        self._maker = RouteMaker(judge, rng)
+        self._problem = problem
         ways = (True, False) if two_trees else (True,)
         self._draws = {
             way: SetDraw(problem, judge, settings.placement_bias, settings.uniform_share)
             for way in ways
         }
+        self.routes: Routes = (
+            FreeRouteMaker(judge, self._draws[True], rng)
+            if isinstance(problem.motion, FreeMotion)
+            else RouteMaker(judge, rng)
+        )
         self.sets = PlacementSets(problem.fingers.groups())
         self.courses: list[Course] = []
 
@@ -75,8 +98,8 @@ class Explorer:
 
     def step(self, stop: Stop) -> tuple[Course, list[Leg]] | None:
         """Do one iteration; return a plan's legs if it found one."""
-        if not self.courses or self._rng.random() < self._settings.new_route_share:
-            route = self._maker.make()
+        if self._wants_route():
+            route = self.routes.make(stop)
             if route is not None:
                 self._add(route)
         if not self.courses:
@@ -90,21 +113,34 @@ class Explorer:
         legs = self._plan(course, tree, number)
         return None if legs is None else (course, legs)
 
+    def _wants_route(self) -> bool:
+        """Whether another route is to be tried."""
+        if not self.courses or self._rng.random() < self._settings.new_route_share:
+            return True
+        if self._problem.motion.dimension:
+            return False
+        steps = sum(tree.steps for course in self.courses for tree in course.trees)
+        return steps >= FREE_STEPS * len(self.courses)
+
     def variant(self, route: Route) -> Course | None:
         """Return a new course along a route much like ``route``, or None where it is blocked."""
-        other = self._maker.variant(route)
+        other = self.routes.variant(route)
         return None if other is None else self._add(other)
 
     def _add(self, route: Route) -> Course:
+        course = self.course(route)
+        self.courses.append(course)
+        return course
+
+    def course(self, route: Route) -> Course:
+        """Return a route with trees that are still to grow; it is not among ``courses`` yet."""
         store = LaneStore(self._judge, self.sets, route)
         problem, settings = self._judge.problem, self._settings
         trees = tuple(
             Tree(problem, store, draw, way, settings, self._rng)
             for way, draw in self._draws.items()
         )
-        course = Course(store, trees)
-        self.courses.append(course)
-        return course
+        return Course(store, trees)
 
     def _pick(self) -> Course:
         if len(self.courses) == 1:

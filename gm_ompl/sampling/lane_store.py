@@ -14,7 +14,7 @@ from gm_ompl.holds.bounds import reaches
 from gm_ompl.holds.known import FAILED, Known
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, staying_of
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.sampling.route_maker import Route
+from gm_ompl.sampling.route import Route
 
 
 @final
@@ -180,9 +180,10 @@ class SetDraw:
         for i, mask in enumerate(allowed):
             chance = self._weights(i, mask)
             sets[:, i] = rng.choice(np.flatnonzero(mask), size=count, p=chance)
-        return self._fitting(sets)
+        return self.fitting(sets)
 
-    def _fitting(self, sets: IntArray) -> IntArray:
+    def fitting(self, sets: IntArray) -> IntArray:
+        """Return those of some sets (L, n) that fit together, canonical, none twice."""
         for group in self._groups:
             columns = list(group)
             sets[:, columns] = np.sort(sets[:, columns], axis=1)

@@ -105,7 +105,7 @@ def polyline(problem: Problem, points: Sequence[Coordinates], finer: int = 1) ->
 
 
 @final
-class Line:
+class RouteLine:
     """A straight motion within one piece, divided into segments (Sec. 4.2), judged on demand.
 
     Args:

@@ -91,6 +91,11 @@ class ImprovingSettings(ExploringSettings):
         "Share of the iterations that refine the best plan off its route's vertices.",
         was="polish",
     )  # fmt: skip
+    rerouting_share: float = setting(
+        0.3, 0.0, 1.0,
+        "Share of the improving iterations that look for a shorter route beside the best; free "
+        "motion only.",
+    )  # fmt: skip
     stall_limit: int = setting(
         40, 1, 100_000, "Iterations without improvement before the best route is varied.",
         factors=True, was="stall",

@@ -103,7 +103,8 @@ class Tree:
         drawn = self._draw.draw(self._settings.batch, self._allowed, self._rng)
         fresh = [k for k, row in enumerate(drawn.tolist()) if tuple(row) not in self._roots]
         sets = np.ascontiguousarray(drawn[fresh])
-        found, reach = self._race(sets, self._first, 0, stop)
+        # Where the object need not move, every set comes all the way.
+        found, reach = self._race(sets, self._first, 0 if self._K else -1, stop)
         if len(sets) and self._K:
             self._draw.learn(sets, np.abs(reach - self._first) / self._K)
         if found is None:

@@ -19,6 +19,7 @@ from gm_ompl.motion.lattice import Coordinates, Lattice
 from gm_ompl.motion.path import path_lattice
 from gm_ompl.motion.planar import PlanarMotion, planar_lattice
 from gm_ompl.problem import CostSettings, Fingers, MechanicsSettings, Problem
+from gm_ompl.scenario.checks import frictions
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.free import make_free
 from gm_ompl.scenario.hand import make_fingers
@@ -27,9 +28,15 @@ from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
 from gm_ompl.scenario.motions import make_motion, rotation_matrix
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
+from gm_ompl.scenario.uncertain import make_uncertainty
+from gm_ompl.uncertainty.ranges import Uncertainty
+from gm_ompl.uncertainty.worlds import corner_count
 
 THICK = 4.0
 """The least thickness of a convex object, in contact tolerances."""
+
+MOST_CASES = 1024
+"""Cases of one decision; each is judged."""
 
 MAX_NODES = 2**62
 """Nodes are 64-bit numbers."""
@@ -87,11 +94,27 @@ def build(model: ScenarioModel, document: Document) -> Built:
             **model.mechanics.model_dump(include={"cone_edges", "z_min", "backend"}),
         ),
         cost=CostSettings(**model.cost.model_dump()),
+        uncertainty=_uncertainty(model, body, fingers, notes),
     )
     _check_poses(problem, notes)
     notes.stop()
     filled = model.model_copy(update={"motion": moving.model})
     return Built(problem, filled, tuple(ground.warnings))
+
+
+def _uncertainty(model: ScenarioModel, body: Body, fingers: Fingers, notes: Notes) -> Uncertainty:
+    if model.uncertainty is None:
+        return Uncertainty()
+    names = tuple(sorted(model.environment.obstacles))
+    found = make_uncertainty(model.uncertainty, body, frictions(model), model.object.mass, names)
+    count = corner_count(found, fingers.count)
+    if count > MOST_CASES:
+        text = (
+            f"these ranges make {count} cases, of which {MOST_CASES} are the most; leave out "
+            "position or command, which multiply them for every finger, or use fewer fingers"
+        )
+        notes.add(("uncertainty",), text)
+    return found
 
 
 def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Environment:
@@ -101,6 +124,9 @@ def _environment(model: ScenarioModel, obstacles: tuple[Obstacle, ...]) -> Envir
         friction=model.friction.environment,
         patch_points=model.mechanics.patch_points or 0,
         contact_tolerance=model.mechanics.contact_tolerance,
+        by_surface=isinstance(
+            None if model.uncertainty is None else model.uncertainty.environment_friction, dict
+        ),
     )
 
 

@@ -14,10 +14,11 @@ from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
 from gm_ompl.scenario.document import Path
-from gm_ompl.scenario.fields import BoxModel, MeshUse
+from gm_ompl.scenario.fields import BoxModel, MeshUse, per_finger
 from gm_ompl.scenario.free_checks import free_findings, free_lattice_findings
 from gm_ompl.scenario.model import Placed, ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+from gm_ompl.scenario.uncertain import FLOOR, uncertainty_findings
 
 MOST = 1e15
 """No number is larger: products of a few, as in an inertia, must stay finite."""
@@ -263,6 +264,17 @@ def _environment(model: ScenarioModel) -> Iterator[Finding]:
             yield from _box((*path, "box"), obstacle.box)
 
 
+def _uncertainty(model: ScenarioModel) -> Iterator[Finding]:
+    given, names = model.uncertainty, (FLOOR, *sorted(model.environment.obstacles))
+    if given is not None:
+        yield from uncertainty_findings(given, frictions(model), model.object.mass, names)
+
+
+def frictions(model: ScenarioModel) -> tuple[float, tuple[float, ...]]:
+    """Return the Coulomb coefficients of the environment and of each finger."""
+    return model.friction.environment, per_finger(model.friction.finger, model.fingers.count)
+
+
 def _expect(model: ScenarioModel) -> Iterator[Finding]:
     between = model.expect.regrasp_between
     if between is not None and not between[0] <= between[1]:
@@ -282,5 +294,6 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"motion", "lattice"}, lattice_findings),
     ({"motion", "lattice"}, free_lattice_findings),
     ({"mechanics", "cost"}, _cost),
+    ({"uncertainty", "friction", "fingers", "object", "environment"}, _uncertainty),
     ({"expect"}, _expect),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -26,6 +26,11 @@ TAGS = frozenset({"<word>", "<other>", "<one>", "<many>", "<angle>", "<pose>", "
 
 W = TypeVar("W")
 T = TypeVar("T")
+
+
+def said(meaning: str, default: Any = ...) -> Any:
+    """Return a key's field with its meaning, for the schema; required without a default."""
+    return Field(default=default, description=meaning)
 
 
 class Strict(BaseModel):
@@ -96,8 +101,8 @@ ROTATIONS = "{axis: [0, 0, 1], angle: 90 deg}, {quaternion: [1, 0, 0, 0]} or {ya
 class RotationModel(Strict):
     """A rotation: ``axis`` and ``angle``, or ``quaternion`` (w, x, y, z), or ``yaw``."""
 
-    axis: Vector | None = None
-    angle: Angle | None = None
+    axis: Vector | None = said("world frame, of any length but 0", None)
+    angle: Angle | None = said("about the axis", None)
     quaternion: Quaternion | None = Field(None, description="w, x, y, z; of any length but 0")
     yaw: Angle | None = Field(None, description="about z")
 
@@ -149,29 +154,31 @@ class Located(Strict):
 class PoseModel(Located):
     """Position of the centre of mass, and how the object is turned."""
 
-    yaw: Angle = 0.0
+    yaw: Angle = said("about z", 0.0)
     rotation: RotationModel | None = None
 
 
 class BoxModel(Strict):
     """An axis-parallel box between two corners."""
 
-    min: Vector
-    max: Vector
+    min: Vector = said("its least corner")
+    max: Vector = said("its greatest corner")
 
 
 class MeshModel(Strict):
     """A closed triangle mesh in the scenario itself."""
 
-    vertices: Points
-    faces: Annotated[tuple[Triangle, ...], Field(min_length=4)]
+    vertices: Points = said("points")
+    faces: Annotated[tuple[Triangle, ...], Field(min_length=4)] = said(
+        "corners of triangles, counter-clockwise from outside"
+    )
 
 
 class PartModel(Strict):
     """One convex piece of a shape: exactly one of ``box``, ``hull``."""
 
     box: BoxModel | None = None
-    hull: Points | None = None
+    hull: Points | None = said("points whose convex hull it is", None)
 
 
 Parts: TypeAlias = Annotated[tuple[PartModel, ...], Field(min_length=1, max_length=64)]
@@ -223,5 +230,5 @@ class ObstacleModel(MeshUse):
     """A fixed body: exactly one of ``box``, ``hull``, ``mesh``, ``pieces``."""
 
     box: BoxModel | None = None
-    hull: Points | None = None
+    hull: Points | None = said("points whose convex hull it is", None)
     pieces: Parts | None = Field(None, description="convex pieces")

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.contact.lattice import SHORTEST, SLACK
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import PlacedPiece, penetrates
-from gm_ompl.motion.free import AXES, ContactSteps, FreeMotion, PoseGoal
+from gm_ompl.motion.free import AXES, SHORTEST, SLACK, ContactSteps, FreeMotion, PoseGoal
 from gm_ompl.motion.lattice import Goal
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.goals import FreeModel, GoalModel, RegionModel, WithinModel, turn_of

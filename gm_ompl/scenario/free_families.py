@@ -11,7 +11,7 @@ Tree: TypeAlias = dict[str, Any]
 FACES = ("-x", "+x", "-y", "+y", "+z")
 
 
-class Task(NamedTuple):
+class FreeTask(NamedTuple):
     """What is to be done.
 
     Attributes:
@@ -53,7 +53,7 @@ def free_clutter(draw: Draw) -> Tree:
     return tree
 
 
-def _free(draw: Draw, description: str) -> tuple[Tree, Task]:
+def _free(draw: Draw, description: str) -> tuple[Tree, FreeTask]:
     size = [draw.between(2, 8, 2) for _ in range(3)]
     mass = rounded(10 ** draw.between(-1, 1), 2)
     task = draw.pick((_roll, _roll, _turn, _lift))(draw, size)
@@ -104,7 +104,7 @@ def _motion(x: list[float], z: float, translate: str, rotate: str, goal: Tree) -
     }
 
 
-def _roll(draw: Draw, size: list[float]) -> Task:
+def _roll(draw: Draw, size: list[float]) -> FreeTask:
     """Return a quarter turn or two over an edge, to within a step or two of where that ends."""
     a, _, c = size
     step = rounded(draw.between(0.6, 1.0) * a, 2)
@@ -121,10 +121,10 @@ def _roll(draw: Draw, size: list[float]) -> Task:
         lattice["depth"] = arcs
     motion = _motion(x, height, "x", "y", goal)
     farthest = way + (c if quarters == 1 else a) / 2
-    return Task(motion, lattice, arcs, (a / 2, size[1] / 2), side, farthest, 2)
+    return FreeTask(motion, lattice, arcs, (a / 2, size[1] / 2), side, farthest, 2)
 
 
-def _turn(draw: Draw, size: list[float]) -> Task:
+def _turn(draw: Draw, size: list[float]) -> FreeTask:
     """Return a turn about the vertical and a way along x."""
     a, b, c = size
     step = rounded(draw.between(0.6, 1.0) * a, 2)
@@ -135,10 +135,10 @@ def _turn(draw: Draw, size: list[float]) -> Task:
     lattice = {"steps": {"translation": step, "rotation": f"{degrees} deg"}}
     around = rounded((a * a + b * b) ** 0.5 / 2, 6)
     motion = _motion(x, c, "x", "z", goal)
-    return Task(motion, lattice, steps + 4, (around, around), side, steps * step + around, 2)
+    return FreeTask(motion, lattice, steps + 4, (around, around), side, steps * step + around, 2)
 
 
-def _lift(draw: Draw, size: list[float]) -> Task:
+def _lift(draw: Draw, size: list[float]) -> FreeTask:
     """Return a way up, and along x in the air."""
     a, b, c = size
     step = rounded(draw.between(0.4, 0.8) * min(a, c), 2)
@@ -149,10 +149,10 @@ def _lift(draw: Draw, size: list[float]) -> Task:
     goal = {"position": [rounded(side * along * step, 6), 0, top]}
     lattice = {"steps": {"translation": step, "rotation": "90 deg"}, "depth": arcs}
     motion = _motion(x, top + step, "xz", "", goal)
-    return Task(motion, lattice, arcs, (a / 2, b / 2), side, along * step + a / 2, 3)
+    return FreeTask(motion, lattice, arcs, (a / 2, b / 2), side, along * step + a / 2, 3)
 
 
-def _box(draw: Draw, task: Task, tree: Tree, place: str) -> Tree:
+def _box(draw: Draw, task: FreeTask, tree: Tree, place: str) -> Tree:
     """Return a box behind the object, beside it, or ahead of where it must get to."""
     size = tree["object"]["shape"]["box"]
     far, gap = 10.0 * max(size), draw.pick((0.0, 0.0, 0.1, 0.5)) * min(size)

@@ -19,6 +19,7 @@ from gm_ompl.scenario.fields import (
     RotationModel,
     Strict,
     WordOr,
+    said,
 )
 
 ANY = "any"
@@ -67,14 +68,14 @@ class WithinModel(Strict):
     position: Positive | None = Field(
         default=None, description="by default 1e-3 of the object's size"
     )
-    rotation: Angle = math.radians(0.5)
+    rotation: Angle = said("by default 0.5 deg", math.radians(0.5))
 
 
 class GoalModel(Located):
     """A goal at one place."""
 
-    yaw: Angle | None = None
-    rotation: AnyRotation | None = None
+    yaw: Angle | None = said("about z; 0 where nothing is said", None)
+    rotation: AnyRotation | None = said("in full, or any", None)
     up: Upward | None = Field(None, description="which of the object's axes points up")
     within: WithinModel | None = None
 
@@ -82,11 +83,11 @@ class GoalModel(Located):
 class RegionModel(Strict):
     """A goal that leaves something open."""
 
-    x: Interval | None = None
-    y: Interval | None = None
-    z: Interval | None = None
-    yaw: Heading | None = None
-    rotation: AnyRotation | None = None
+    x: Interval | None = said("range; the region's where left out", None)
+    y: Interval | None = said("range", None)
+    z: Interval | None = said("range", None)
+    yaw: Heading | None = said("an angle, a range, or any", None)
+    rotation: AnyRotation | None = said("in full, or any", None)
     up: Upward | None = Field(None, description="which of the object's axes points up")
     within: WithinModel | None = None
 
@@ -113,15 +114,15 @@ AnyGoal: TypeAlias = Annotated[
 class RoomModel(Strict):
     """Where the centre of mass may be."""
 
-    x: Interval
-    y: Interval
-    z: Interval
+    x: Interval = said("least and greatest")
+    y: Interval = said("least and greatest")
+    z: Interval = said("least and greatest")
 
 
 class FreeModel(Strict):
     """What the object may do on its way from start to goal."""
 
-    region: RoomModel = Field(description="of the centre of mass, all along")
+    region: RoomModel = said("of the centre of mass, all along")
     translate: Annotated[tuple[Axis, ...], Field(min_length=1)] = Field(
         ("x", "y", "z"), description="along which axes it is moved"
     )

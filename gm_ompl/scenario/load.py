@@ -11,7 +11,7 @@ from typing import Any
 
 from gm_ompl.arguments import kind_of
 from gm_ompl.errors import ScenarioError, did_you_mean
-from gm_ompl.reading import Kind, one_line, read_text, refuse_other
+from gm_ompl.reading import STDIN, Kind, one_line, read_text, refuse_other
 from gm_ompl.scenario.document import Document, parse
 from gm_ompl.scenario.overrides import Changes
 from gm_ompl.scenario.scenario import Scenario
@@ -27,7 +27,8 @@ def load(name: str | os.PathLike[str] | Mapping[str, Any], overrides: Changes = 
 
     Args:
         name: "paper/slide", "random/tumble/17", or a path; what exists as a file, ends in
-            .yaml, .yml or .json, or is a ``PathLike`` is a file. A mapping has a file's keys.
+            .yaml, .yml or .json, or is a ``PathLike`` is a file, and "-" the standard input. A
+            mapping has a file's keys.
         overrides: "KEY=VALUE" as ``--set`` takes them, one or several, or values by dotted key.
 
     Raises:
@@ -47,7 +48,7 @@ def read(name: str | os.PathLike[str]) -> Document:
         ScenarioError: no such scenario, or its text is not YAML.
     """
     text = os.fspath(name)
-    is_path = not isinstance(name, str) or text.endswith(SUFFIXES)
+    is_path = not isinstance(name, str) or text.endswith(SUFFIXES) or Path(text) == STDIN
     if not is_path and text.startswith("random/"):
         return _random(text)
     if not is_path:

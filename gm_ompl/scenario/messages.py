@@ -65,6 +65,7 @@ WANTED = {
     "less_than_equal": "must be <= {le:g}",
     "string_too_short": "must not be empty",
     "literal_error": "must be {expected}",
+    "amount": "must be a number >= 0 or a percentage, for example 0.05 or 10 %",
     "angle": "must be an angle with its unit, for example 90 deg or 1.57 rad",
 }
 

@@ -1,7 +1,7 @@
 """The scenario format, ``gm-ompl-scenario/1``: which keys there are and what each may hold.
 
 Lengths, masses and forces are in whatever consistent units the scenario uses; angles carry
-their unit and are radians here. ``docs/scenario-format.md`` explains every key by example.
+their unit and are radians here. ``docs/reference/scenario.md`` explains every key by example.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ from gm_ompl.scenario.fields import (
     Vector,
     Whole,
     WordOr,
+    said,
 )
 from gm_ompl.scenario.goals import AnyGoal, FreeModel
+from gm_ompl.scenario.uncertain import UncertaintyModel
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
@@ -46,7 +48,7 @@ class ObjectModel(Strict):
     """What is manipulated; uniform unless centre_of_mass and inertia are given."""
 
     shape: Shape
-    mass: Positive
+    mass: Positive = said("at least 1e-15")
     centre_of_mass: Vector | None = Field(None, description="in the shape's own coordinates")
     inertia: Matrix | None = Field(None, description="3x3, about the centre of mass")
 
@@ -54,8 +56,8 @@ class ObjectModel(Strict):
 class FrictionModel(Strict):
     """Coulomb coefficients."""
 
-    environment: NotNegative
-    finger: OneOrMany[NotNegative]
+    environment: NotNegative = said("of all contacts with floor and obstacles, 0 to 10,000")
+    finger: OneOrMany[NotNegative] = said("of the fingertips: one for all, or one each")
 
 
 FaceName: TypeAlias = WordOr[Text, Whole]
@@ -64,8 +66,10 @@ FaceName: TypeAlias = WordOr[Text, Whole]
 class Placed(Strict):
     """One fingertip placement."""
 
-    face: FaceName
-    cell: Annotated[tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=2, max_length=2)]
+    face: FaceName = said("its name or number")
+    cell: Annotated[
+        tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=2, max_length=2)
+    ] = said("of the grid on the face, counted from 0")
 
 
 Hand: TypeAlias = WordOr[Literal["any"], tuple[WordOr[Literal["any"], Placed], ...]]
@@ -74,9 +78,13 @@ Hand: TypeAlias = WordOr[Literal["any"], tuple[WordOr[Literal["any"], Placed], .
 class PlacementsModel(Strict):
     """The grid of placements on the object's faces."""
 
-    grid: Annotated[tuple[Count, ...], Field(min_length=2, max_length=2)] = (7, 7)
-    faces: WordOr[Literal["all"], Annotated[tuple[FaceName, ...], Field(min_length=1)]] = "all"
-    margin: NotNegative | None = Field(default=None, description="least distance from a face's rim")
+    grid: Annotated[tuple[Count, ...], Field(min_length=2, max_length=2)] = said(
+        "cells along the face's two axes; a placement in the middle of each", (7, 7)
+    )
+    faces: WordOr[Literal["all"], Annotated[tuple[FaceName, ...], Field(min_length=1)]] = said(
+        "their names: +x, -x, ... of a box, else numbers", "all"
+    )
+    margin: NotNegative | None = said("least distance from a face's rim", None)
     smallest_face: Annotated[NotNegative, Field(lt=1)] | None = Field(
         default=None,
         description="faces with less than this part of the surface get no placements",
@@ -86,16 +94,16 @@ class PlacementsModel(Strict):
 class FingersModel(Strict):
     """The hand."""
 
-    count: Annotated[Whole, Field(ge=0, le=MAX_FINGERS)]
-    radius: OneOrMany[Positive]
-    max_normal_force: OneOrMany[Positive]
+    count: Annotated[Whole, Field(ge=0, le=MAX_FINGERS)] = said("how many fingertips")
+    radius: OneOrMany[Positive] = said("of the spherical fingertips")
+    max_normal_force: OneOrMany[Positive] = said("f_max; at most 100,000 times the object's weight")
     soft: OneOrMany[NotNegative] = Field(
         default=0.0,
         description="length L: pressing with f, a soft fingertip turns with up to mu L f as well",
     )
     placements: PlacementsModel = PlacementsModel()
-    start: Hand = "any"
-    goal: Hand = "any"
+    start: Hand = said("placements at the start, per finger", "any")
+    goal: Hand = said("placements at the goal, per finger", "any")
     transit: Flag = Field(
         default=True,
         description="whether fingers need a way through the air to first touches and regrasps",
@@ -120,21 +128,25 @@ class TurnedObstacle(ObstacleModel):
 class EnvironmentModel(Strict):
     """Floor and obstacles."""
 
-    floor: Flag = True
-    obstacles: dict[str, TurnedObstacle] = Field(default_factory=dict)
+    floor: Flag = said("whether z < 0 is solid", True)
+    obstacles: dict[str, TurnedObstacle] = Field(
+        default_factory=dict, description="fixed bodies, by their names"
+    )
 
 
 class SlideModel(Strict):
     """A translation."""
 
-    by: Vector
+    by: Vector = said("the whole way, world frame")
 
 
 class TumbleModel(Strict):
     """A rotation about the bottom edge on one side."""
 
-    towards: Literal["+x", "-x", "+y", "-y"]
-    angle: Angle
+    towards: Literal["+x", "-x", "+y", "-y"] = said(
+        "the side of the bottom edge that it turns about"
+    )
+    angle: Angle = said("the whole turn")
 
 
 class PieceModel(Strict):
@@ -147,16 +159,18 @@ class PieceModel(Strict):
 class PlanarModel(Strict):
     """Bounds of a planar motion."""
 
-    x: Interval
-    y: Interval
-    yaw: AngleInterval
+    x: Interval = said("least and greatest")
+    y: Interval = said("least and greatest")
+    yaw: AngleInterval = said("least and greatest; wraps where that is a full turn")
 
 
 class MotionModel(Strict):
     """Start, and a path, planar degrees of freedom or free motion."""
 
     start: PoseModel
-    path: Annotated[tuple[PieceModel, ...], Field(min_length=1)] | None = None
+    path: Annotated[tuple[PieceModel, ...], Field(min_length=1)] | None = said(
+        "pieces in a row: one degree of freedom, 0 to 1", None
+    )
     planar: PlanarModel | None = None
     free: FreeModel | None = None
     goal: AnyGoal | None = None
@@ -165,11 +179,11 @@ class MotionModel(Strict):
 class StepsModel(Strict):
     """Lattice steps: ``x``, ``y`` and ``yaw`` of planar motion, the other two of free motion."""
 
-    x: Positive | None = None
-    y: Positive | None = None
-    yaw: Angle | None = None
-    translation: Positive | None = None
-    rotation: Angle | None = None
+    x: Positive | None = said("of planar motion", None)
+    y: Positive | None = said("of planar motion", None)
+    yaw: Angle | None = said("of planar motion; divides 360 deg where yaw wraps", None)
+    translation: Positive | None = said("of free motion, from 1e-4 of the object's size", None)
+    rotation: Angle | None = said("of free motion, from 1e-4 rad to 180 deg", None)
 
     @property
     def given(self) -> dict[str, float]:
@@ -181,7 +195,9 @@ class StepsModel(Strict):
 class LatticeModel(Strict):
     """How finely the object's motion is divided."""
 
-    segments: OneOrMany[Count] | None = None
+    segments: OneOrMany[Count] | None = said(
+        "arcs per piece of a path: one number, or one each", None
+    )
     steps: StepsModel | None = None
     depth: Count | None = Field(
         default=None, description="of free motion: at most so many arcs from the start"
@@ -191,10 +207,12 @@ class LatticeModel(Strict):
 class MechanicsModel(Strict):
     """Settings of Sec. 3; defaults are the paper's."""
 
-    cone_edges: Annotated[Whole, Field(ge=3, le=64)] = 6
-    directions: Literal[76] = 76
-    z_min: NotNegative = 0.5
-    backend: Literal["kernel", "highs"] = "kernel"
+    cone_edges: Annotated[Whole, Field(ge=3, le=64)] = said(
+        "s, edges of a friction cone's pyramid", 6
+    )
+    directions: Literal[76] = said("of the disturbances that z is measured in", 76)
+    z_min: NotNegative = said("the least stability margin, a force; 0: equilibrium is enough", 0.5)
+    backend: Literal["kernel", "highs"] = said("compiled, or the reference (slow)", "kernel")
     contact_tolerance: Annotated[Number, Field(ge=1e-9, le=1e-3)] = Field(
         default=TOUCHING,
         description="a gap or overlap of at most this, relative to the object's size, is a contact",
@@ -208,9 +226,11 @@ class MechanicsModel(Strict):
 class CostModel(Strict):
     """Settings of Sec. 4.3; defaults are the paper's."""
 
-    regrasp: NotNegative = 100.0
-    stability: NotNegative = 0.01
-    samples_per_arc: Annotated[Whole, Field(ge=1, le=1000)] = 3
+    regrasp: NotNegative = said("X_regr of (10), a length", 100.0)
+    stability: NotNegative = said("X_stab of (9), a force, far below z_min", 0.01)
+    samples_per_arc: Annotated[Whole, Field(ge=1, le=1000)] = said(
+        "P: segments of an arc that are judged", 3
+    )
     z_floor: Positive | None = Field(
         default=None, description="what a smaller z counts as in the cost; default 0.01 M g"
     )
@@ -219,37 +239,42 @@ class CostModel(Strict):
 class ExpectAtModel(Strict):
     """What the plan must look like at one point of the path."""
 
-    s: Annotated[Number, Field(ge=0, le=1)]
-    faces: tuple[FaceName, ...] | None = None
-    modes: tuple[Literal["position", "force"], ...] | None = None
+    s: Annotated[Number, Field(ge=0, le=1)] = said("where on the path")
+    faces: tuple[FaceName, ...] | None = said("of the fingers, in any order", None)
+    modes: tuple[Literal["position", "force"], ...] | None = said(
+        "of the fingers, in any order", None
+    )
 
 
 class ExpectModel(Strict):
     """What must come out; compared by tests, ignored by planners."""
 
-    status: Literal["solved", "infeasible", "budget"] | None = None
-    regrasps: Annotated[Whole, Field(ge=0)] | None = None
-    regrasp_between: Interval | None = None
-    cost: NotNegative | None = None
+    status: Literal["solved", "infeasible", "budget"] | None = said("how planning ends", None)
+    regrasps: Annotated[Whole, Field(ge=0)] | None = said("how many", None)
+    regrasp_between: Interval | None = said("s of every regrasp", None)
+    cost: NotNegative | None = said("of the plan", None)
     at: tuple[ExpectAtModel, ...] = ()
 
 
 class ScenarioModel(Strict):
     """A whole scenario."""
 
-    format: Literal["gm-ompl-scenario/1"]
-    name: Annotated[Text, Field(min_length=1)]
-    source: Text = ""
-    description: Text = ""
+    format: Literal["gm-ompl-scenario/1"] = said("always this text")
+    name: Annotated[Text, Field(min_length=1)] = said("a shipped scenario's is its file's")
+    source: Text = said("where the numbers come from", "")
+    description: Text = said("what it shows", "")
     object: ObjectModel
     friction: FrictionModel
-    gravity: NotNegative = 9.8
+    gravity: NotNegative = said("along -z", 9.8)
     fingers: FingersModel
     environment: EnvironmentModel = EnvironmentModel()
     motion: MotionModel
     lattice: LatticeModel
     mechanics: MechanicsModel = MechanicsModel()
     cost: CostModel = CostModel()
+    uncertainty: UncertaintyModel | None = Field(
+        default=None, description="ranges of what is not known exactly; z is then the worst case's"
+    )
     expect: ExpectModel = ExpectModel()
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from gm_ompl.arguments import plain
 from gm_ompl.errors import ScenarioError, ScenarioWarning
+from gm_ompl.pictures import notebook_html
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.build import build
 from gm_ompl.scenario.checks import findings
@@ -114,6 +116,25 @@ class Scenario:
     def name(self) -> str:
         """The scenario's name."""
         return self.model.name
+
+    def facts(self) -> Iterator[tuple[str, str]]:
+        """Yield what it is about, in words: object, hand, motion."""
+        problem, motion = self.problem, self.model.motion
+        size = " x ".join(f"{side:.4g}" for side in np.ptp(problem.body.vertices, axis=0))
+        yield "object", f"{size}, mass {problem.mass:g}"
+        count, places = problem.fingers.count, len(problem.fingers.placements.face)
+        yield "fingers", f"{count}, on {places} placements"
+        yield "obstacles", ", ".join(self.model.environment.obstacles) or "none"
+        kind = "free" if motion.free else "planar" if motion.planar else "along a path"
+        yield "motion", kind
+
+    def __repr__(self) -> str:
+        """Return a line: its name and what it is about."""
+        about = "; ".join(f"{name} {text}" for name, text in self.facts())
+        return f"<Scenario {self.name}: {about}>"
+
+    def _repr_html_(self) -> str:
+        return notebook_html(self)
 
     def resolved(self) -> dict[str, Any]:
         """Return the whole scenario with the file's keys: defaults and per-finger values filled in.

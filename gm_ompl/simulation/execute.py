@@ -17,7 +17,7 @@ from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import Pace, Timeline
-from gm_ompl.simulation.world import KINDS, Units, World, lifted, varied, world
+from gm_ompl.simulation.world import KINDS, Bodies, Units, lifted, varied, world
 from gm_ompl.writing import plain
 
 
@@ -30,10 +30,10 @@ class Setup:
     pace: Pace  # how fast
     units: Units  # from the scenario's to the simulator's
     timeline: Timeline  # the plan over time
-    world: World  # the bodies as the scenario has them
+    world: Bodies  # the bodies as the scenario has them
     allowed: Allowed = field(default_factory=Allowed)  # what still counts as holding
 
-    def player(self, other: World | None = None) -> Player:
+    def player(self, other: Bodies | None = None) -> Player:
         """Return a player at the beginning, in this or in another world."""
         return Player(self.timeline, self.units, other or self.world)
 
@@ -52,7 +52,7 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
 
 def execute(
     setup: Setup,
-    other: World | None = None,
+    other: Bodies | None = None,
     watch: Callable[[Player, int], None] | None = None,
     slack: float = 0.0,
 ) -> ExecutionReport:
@@ -69,7 +69,7 @@ def execute(
 
 def perform(
     setup: Setup,
-    other: World | None = None,
+    other: Bodies | None = None,
     watch: Callable[[Player, int], None] | None = None,
     slack: float = 0.0,
 ) -> tuple[ExecutionReport, Measurement]:
@@ -171,7 +171,7 @@ class VariationReport:
         return "\n".join([*lines, *(f"  seed {k}: {r.findings[0]}" for k, r in failed.items())])
 
 
-def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] = KINDS) -> World:
+def errant_world(setup: Setup, share: float, seed: int, kinds: Collection[str] = KINDS) -> Bodies:
     """Return a world that is off by up to ``share`` in ``kinds``."""
     first = setup.timeline
     inward = np.einsum("ji,nj->ni", first.rotation[0], first.normal[0])

@@ -13,7 +13,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.simulation.world import World
+from gm_ompl.simulation.world import Bodies
 
 STEP = 5e-4  # time step [s]: a sixteenth of the period of a finger on its servo
 TIP_MASS = 0.1  # what a servo moves: a fingertip and its share of the finger [kg]
@@ -65,7 +65,7 @@ class Physics:
     is the planner's business.
     """
 
-    def __init__(self, world: World, position: Array, quaternion: Array, centres: Array) -> None:
+    def __init__(self, world: Bodies, position: Array, quaternion: Array, centres: Array) -> None:
         self._mujoco = load()
         self.world, n = world, len(world.radius)
         self.model = self._mujoco.MjModel.from_xml_string(_mjcf(world))
@@ -84,7 +84,7 @@ class Physics:
 
     @property
     def position(self) -> Array:
-        """(3,), the object's centre of mass."""
+        """(3,), the object's centre of mass as modelled: the origin of its frame."""
         return np.array(self._q[0, :3])
 
     @property
@@ -111,11 +111,15 @@ class Physics:
             forces: (n, 3), on the fingertips [N].
             quaternion: (4,), the fingertips' orientation.
             spin: (3,), their angular velocity, in their own frame [rad/s].
-            wrench: (6,), a disturbance of the object, world frame, about its centre.
+            wrench: (6,), a disturbance of the object, world frame, about its ``position``.
         """
         self._q[1:, 3:], self._v[1:, 3:] = quaternion, spin
         self._push[:] = forces
-        self._wrench[:] = 0.0 if wrench is None else wrench
+        self._wrench[:] = 0.0
+        if wrench is not None:
+            # MuJoCo's acts at the true centre of mass.
+            arm = self.data.xipos[1] - self.data.xpos[1]
+            self._wrench[:3], self._wrench[3:] = wrench[:3], wrench[3:] - np.cross(arm, wrench[:3])
         self._mujoco.mj_step(self.model, self.data)
 
     def normal_forces(self) -> Array:
@@ -155,7 +159,7 @@ class Physics:
             yield picture
 
 
-def _mjcf(world: World) -> str:
+def _mjcf(world: Bodies) -> str:
     """Return the world in MuJoCo's language."""
     meshes: list[str] = []
     fixed = []
@@ -190,7 +194,8 @@ def _mjcf(world: World) -> str:
   {"".join(meshes)}</asset>
 <worldbody><light pos="0 0 {8 * world.size}" dir="0.2 0.3 -1" directional="true"/>{"".join(fixed)}
 <body name="object"><freejoint/>
-  <inertial pos="0 0 0" mass="{world.mass!r}" fullinertia="{_numbers(np.array(six))}"/>
+  <inertial pos="{_numbers(world.centre)}" mass="{world.mass!r}"
+  fullinertia="{_numbers(np.array(six))}"/>
   {"".join(own)}</body>{"".join(tips)}</worldbody>
 <contact>{"".join(_pairs(world))}</contact></mujoco>"""
 
@@ -209,7 +214,7 @@ def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
     return f'<geom {common} type="mesh" mesh="{name}"/>'
 
 
-def _pairs(world: World) -> Iterator[str]:
+def _pairs(world: Bodies) -> Iterator[str]:
     """Yield what may touch: the object's pieces and the environment, or a fingertip."""
     around = ["floor"] * world.floor + [f"wall{k}" for k in range(len(world.obstacles))]
     friction = [(other, world.environment_friction) for other in around]

@@ -11,7 +11,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.simulation.physics import TIP_MASS, Physics
 from gm_ompl.simulation.timeline import Timeline
-from gm_ompl.simulation.world import Units, World
+from gm_ompl.simulation.world import Bodies, Units
 
 STIFFNESS = 2e3
 """Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.45 mm. Contacts are
@@ -99,7 +99,7 @@ offset."""
 class Player:
     """Plays a timeline (scenario's units, time step ``STEP``) in a world (SI units)."""
 
-    def __init__(self, timeline: Timeline, units: Units, world: World) -> None:
+    def __init__(self, timeline: Timeline, units: Units, world: Bodies) -> None:
         self.timeline, self.units, self.world = timeline, units, world
         self._si = timeline.scaled(units.length, units.force, world.offset)
         start = self._si.position[0] + np.array([0.0, 0.0, world.lift])

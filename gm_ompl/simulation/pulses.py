@@ -14,7 +14,7 @@ from gm_ompl.reference.statics import scaling_root
 from gm_ompl.simulation.execute import Setup
 from gm_ompl.simulation.measure import rotations
 from gm_ompl.simulation.physics import STEP
-from gm_ompl.simulation.play import Snapshot
+from gm_ompl.simulation.play import Player, Snapshot
 from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.writing import plain
 
@@ -24,6 +24,9 @@ RISE, HOLD = 0.1, 0.1
 PULSE = 2.0 * RISE + HOLD  # its length [s]
 REST = 0.3  # time after the pulse until the object must be back [s]
 BACK = 0.01  # how near it must be, every corner, to where it would be without the pulse [D]
+
+WHOLE = round(PULSE / STEP) + round(REST / STEP)
+"""Time steps from the beginning of a pulse to its judgement."""
 
 STILL = 0.001
 """Most that a fingertip may still move over the object in the second half of ``REST`` [D]."""
@@ -111,17 +114,24 @@ class Disturber:
         self._pulse, self._rest = round(PULSE / STEP), round(REST / STEP)
         self._snapshots: dict[int, Snapshot] = {}
         self._undisturbed: dict[int, Array] = {}
-        whole = self._pulse + self._rest
         begins = set(instants)
-        for instant in sorted(begins | {begin + whole for begin in begins}):
+        for instant in sorted(begins | {begin + WHOLE for begin in begins}):
             self._player.play(until=instant)
             if instant in begins:
                 self._snapshots[instant] = self._player.snapshot()
-            self._undisturbed[instant] = self._configuration()
+            self._undisturbed[instant] = self.configuration(self._player)
 
-    def _configuration(self) -> Array:
+    def adopt(self, begin: Snapshot, end: Array) -> None:
+        """Take up an execution that was played elsewhere, for a pulse that begins at ``begin``.
+
+        ``end`` is its configuration when the pulse will be judged.
+        """
+        self._snapshots[begin[0]] = begin
+        self._undisturbed[begin[0] + WHOLE] = end
+
+    def configuration(self, player: Player) -> Array:
         """Return the object's corners, world frame, and the fingertips' centres, object frame."""
-        here = self._player.physics
+        here = player.physics
         rotation = rotations(here.quaternion[None])[0]
         corners = self._corners @ rotation.T + here.position
         tips = (here.centres - here.position) @ rotation
@@ -153,9 +163,9 @@ class Disturber:
         judged = instant + self._pulse + self._rest
         between = judged - self._rest // 2
         self._player.play(until=between, wrench=wrench)
-        halfway = self._configuration()
+        halfway = self.configuration(self._player)
         self._player.play(until=judged, wrench=wrench)
-        end = self._configuration()
+        end = self.configuration(self._player)
         n, size = line.fingers, self._setup.world.size
         off = end - self._undisturbed[judged]
         offset = float(np.linalg.norm(off[: len(off) - n], axis=1).max()) / size

@@ -9,7 +9,7 @@ experiment (Sec. 5.3), which itself is left as it is, whatever its units.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def force_unit(problem: Problem) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class Bodies:
     """Bodies and friction, SI units."""
 
     pieces: tuple[Array, ...]  # per convex piece of the object its vertices (v, 3), object frame
@@ -68,6 +68,8 @@ class World:
     environment_friction: float  # Coulomb coefficient of floor and obstacles against the object
     gravity: float  # g, along -z
     offset: Array  # (n, 3), error of each fingertip's place, object frame
+    # (3,), where the centre of mass really is, object frame, whose origin is the nominal one
+    centre: Array = field(default_factory=lambda: np.zeros(3))
     # how much higher than planned the object starts, so that an object of another size does not
     # start inside the floor
     lift: float = 0.0
@@ -79,10 +81,10 @@ class World:
         return float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
 
 
-def world(problem: Problem, units: Units) -> World:
+def world(problem: Problem, units: Units) -> Bodies:
     """Return the scenario's bodies in SI units."""
     fingers, environment = problem.fingers, problem.environment
-    return World(
+    return Bodies(
         pieces=tuple(units.length * piece.vertices for piece in problem.body.pieces),
         mass=units.mass * problem.mass,
         inertia=units.mass * units.length**2 * problem.inertia,
@@ -104,12 +106,12 @@ KINDS = ("friction", "mass", "size", "place")  # what a model may be wrong in
 
 
 def varied(
-    nominal: World,
+    nominal: Bodies,
     share: float,
     normals: Array,
     rng: np.random.Generator,
     kinds: Collection[str] = KINDS,
-) -> World:
+) -> Bodies:
     """Return a world that differs from the model by up to ``share`` in what is hard to know.
 
     Each coefficient of friction, the mass and each side of the object are off by a factor drawn
@@ -147,7 +149,7 @@ def varied(
     )
 
 
-def lifted(errant: World, nominal: World, rotation: Array) -> World:
+def lifted(errant: Bodies, nominal: Bodies, rotation: Array) -> Bodies:
     """Return ``errant`` with its object raised or lowered so that it stands as the planned one.
 
     Its size is another; ``rotation`` (3, 3) takes object to world at the start.

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from gm_ompl.errors import InputError
+from gm_ompl.forks import RunLimits
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.store import RunRecord, Store
-from gm_ompl.study.task import Limits, Task, code_version
+from gm_ompl.study.task import Task, code_version
 from gm_ompl.study.workers import Executor
 
 EXACT = "astar"  # the planner whose proven optimum costs are compared with
@@ -20,8 +21,10 @@ def make_tasks(
     scenarios: Sequence[Scenario],
     planners: Sequence[str],
     seeds: int,
-    limits: Limits,
+    limits: RunLimits,
     parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    tolerance: bool = False,
 ) -> tuple[Task, ...]:
     """Return the runs of a comparison, a seed at a time.
 
@@ -32,6 +35,7 @@ def make_tasks(
             randomised runs once.
         limits: of each run.
         parameters: by planner; defaults for the rest.
+        tolerance: whether to find what plans tolerate.
 
     Raises:
         InputError: a planner, a parameter or a number is wrong, or two scenarios share a name.
@@ -46,7 +50,7 @@ def make_tasks(
     made = [make_planner(name, (parameters or {}).get(name)) for name in planners]
     trees = [scenario.resolved() for scenario in scenarios]
     return tuple(
-        Task(tree, planner.name, dict(planner.settings), seed, limits)
+        Task(tree, planner.name, dict(planner.settings), seed, limits, tolerance)
         for seed in range(seeds)
         for tree in trees
         for planner in made

@@ -186,10 +186,18 @@ class Table:
 
 def tables(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[Table, Table]:
     """Return the summaries, and how planners differ from the first one, a column per figure."""
-    head = ("scenario", "planner", "runs", "with a plan", "first plan [s]", "cost",
+    head: tuple[str, ...] = ("scenario", "planner", "runs", "with a plan", "first plan [s]", "cost",
             "cost / optimum", "regrasps", "least z", "decisions", "peak [MiB]",
             "other ends")  # fmt: skip
-    rows = tuple((row.scenario, row.planner, *figures(row)) for row in summarise(records, optima))
+    summaries = summarise(records, optima)
+    rows: tuple[tuple[str, ...], ...] = tuple(
+        (row.scenario, row.planner, *figures(row)) for row in summaries
+    )
+    if any(row.tolerance is not None for row in summaries):
+        head = (*head, "tolerance")
+        rows = tuple(
+            (*row, figure(summary.tolerance)) for row, summary in zip(rows, summaries, strict=True)
+        )
     lines: dict[tuple[str, str], list[str]] = {}
     heads: dict[str, None] = {}
     for row in differences(records, optima):

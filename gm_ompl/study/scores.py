@@ -50,26 +50,48 @@ def _time(run: RunRecord, _: Reference) -> float:
     return PENALTY * max(LEAST_S, run.search_s or run.wall_s)
 
 
-def _cost(run: RunRecord, reference: Reference) -> float | None:
-    if run.scenario_key not in reference:
-        return None
-    return PENALTY if run.cost is None else run.cost / reference[run.scenario_key]
+TOLERANCE = "tolerance"
+
+QUALITIES: Mapping[str, Callable[[RunRecord], float | None]] = {
+    "cost": lambda run: run.cost,
+    "z": lambda run: _inverse(run.least_z),
+    TOLERANCE: lambda run: _inverse(run.tolerance),
+}
+"""What is small of a good plan, where there is one."""
+
+
+def _inverse(value: float | None) -> float | None:
+    return 1.0 / value if value is not None and 0.0 < value < math.inf else None
+
+
+def _relative(name: str) -> Callable[[RunRecord, Reference], float | None]:
+    """Return the measure that is a quality of the plan over the defaults' mean."""
+
+    def measure(run: RunRecord, reference: Reference) -> float | None:
+        if run.scenario_key not in reference:
+            return None
+        value = QUALITIES[name](run)
+        return PENALTY if value is None else value / reference[run.scenario_key]
+
+    return measure
 
 
 MEASURES: Mapping[str, Callable[[RunRecord, Reference], float | None]] = {
-    "decisions": _decisions, "time": _time, "cost": _cost,
+    "decisions": _decisions, "time": _time, **{name: _relative(name) for name in QUALITIES},
 }  # fmt: skip
-"""Mode decisions to the first plan, which no machine changes; time to it [s]; cost of the best
-plan over the defaults' mean, on scenarios that they have planned."""
+"""Mode decisions to the first plan, which no machine changes; time to it [s]; and of the best plan,
+over the defaults' mean on scenarios that they have planned: cost, 1 / z (with ranges of uncertainty
+z_rob) and 1 / the common factor by which all ranges may be widened."""
 
 
-def _references(base: Sequence[RunRecord]) -> dict[str, float]:
-    """Return the geometric mean of the costs by scenario, where there is one."""
-    costs: dict[str, list[float]] = {}
+def _references(name: str, base: Sequence[RunRecord]) -> dict[str, float]:
+    """Return the geometric mean of a plan's quality by scenario, where there is one."""
+    found: dict[str, list[float]] = {}
     for run in base:
-        if run.cost:
-            costs.setdefault(run.scenario_key, []).append(math.log(run.cost))
-    return {key: math.exp(float(np.mean(logs))) for key, logs in costs.items()}
+        value = QUALITIES[name](run) if name in QUALITIES else None
+        if value:
+            found.setdefault(run.scenario_key, []).append(math.log(value))
+    return {key: math.exp(float(np.mean(logs))) for key, logs in found.items()}
 
 
 def _logs(name: str, runs: Sequence[RunRecord], reference: Reference) -> dict[str, Samples]:
@@ -85,9 +107,9 @@ def _logs(name: str, runs: Sequence[RunRecord], reference: Reference) -> dict[st
 def score(name: str, runs: Sequence[RunRecord], base: Sequence[RunRecord]) -> float:
     """Return the geometric mean of a measure over runs.
 
-    Costs are relative to ``base``, the same runs with the defaults.
+    What plans are like is relative to ``base``, the same runs with the defaults.
     """
-    logs = _logs(name, runs, _references(base))
+    logs = _logs(name, runs, _references(name, base))
     return math.exp(float(np.mean(np.concatenate(list(logs.values()))))) if logs else 1.0
 
 
@@ -96,7 +118,7 @@ def gain(name: str, old: Sequence[RunRecord], new: Sequence[RunRecord]) -> Gain:
 
     Scenarios are drawn anew, for both settings the same, then runs within each.
     """
-    reference = _references(old)
+    reference = _references(name, old)
     sides = _logs(name, old, reference), _logs(name, new, reference)
     pairs = [(sides[0][key], sides[1][key]) for key in sides[0] if key in sides[1]]
     solved = tuple(float(np.mean([run.solved for run in side])) for side in (old, new))

@@ -1,237 +1,44 @@
-"""The server that runs are forked from: everything is imported and compiled before the first one.
+"""The server that a comparison's runs are forked from; see ``forks``.
 
-``python -m gm_ompl.study.server`` reads JSON lines. The first is ``{"planners": [...]}``, whose
-answer ``{"ready": true}`` comes once everything is warm. Each further one,
-``{"number": n, "task": {...}}``, starts a run in a process of its own, and is answered by
-``{"number": n, "outcome": {...}}`` when that ends. A run that had to load compiled code is made
-again once the server has loaded it (see ``warm``). The server ends, and ends its runs, when its
-input ends. It starts no thread: forking is safe.
+``python -m gm_ompl.study.server`` gets ready for ``{"planners": [...]}``. A run that had to load
+compiled code is made again, so that no run's time holds compilation.
 """
 
 from __future__ import annotations
 
-import contextlib
-import json
-import math
-import os
-import resource
-import selectors
-import signal
 import sys
-import time
-from dataclasses import dataclass, field
-from typing import Any, NoReturn, final
+from typing import Final, final
 
-from gm_ompl.errors import GmOmplError, LimitError
-from gm_ompl.limits import MEGABYTE, resident_memory
-from gm_ompl.study.task import Limits, Task, carry_out
-from gm_ompl.study.warm import compiled_versions, load, pack, warm_up
+from gm_ompl.forks import Json, RunLimits, serve
+from gm_ompl.study.task import Task, carry_out
+from gm_ompl.study.warm import warm_up
 
-GRACE_S, GRACE_SHARE = 5.0, 0.5
-"""A run is killed this long after its time limit, in seconds and in shares of the limit: a planner
-looks at its clock between steps, and control is made steady after the search."""
-
-MEMORY_GRACE = 1.25
-"""A run is killed beyond this share of its memory limit; the planner itself should stop before."""
-
-FOREIGN = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""Signals that no planner raises by itself: somebody else has ended the run."""
-
-
-def ending(text: bytes | bytearray, verdict: str, status: int) -> dict[str, Any]:
-    """Return how a run ended.
-
-    Args:
-        text: what it told, JSON; empty or cut where it did not come to that.
-        verdict: why the server killed it, or empty.
-        status: of its process, as ``os.wait4`` gives it.
-    """
-    try:
-        told: dict[str, Any] = json.loads(text)
-    except ValueError:
-        told = {}
-    if told:
-        return told
-    if verdict:
-        return {"status": verdict, "message": f"killed: {verdict} limit passed by far"}
-    if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        kind = "killed" if number in FOREIGN else "crash"
-        return {"status": kind, "message": signal.strsignal(number) or f"signal {number}"}
-    return {"status": "crash", "message": f"exit code {os.waitstatus_to_exitcode(status)}"}
-
-
-def hard_time_limit(limits: Limits) -> float:
-    """Return the wall time after which a run is killed [s]."""
-    if limits.time_s is None:
-        return math.inf
-    return limits.time_s * (1.0 + GRACE_SHARE) + GRACE_S
-
-
-def excess(limits: Limits, elapsed: float, pid: int) -> str:
-    """Return which limit a run has passed by far after ``elapsed`` [s], or an empty string."""
-    if elapsed > hard_time_limit(limits):
-        return "timeout"
-    limit = math.inf if limits.memory_mb is None else MEMORY_GRACE * limits.memory_mb * MEGABYTE
-    return "memory" if resident_memory(pid) > limit else ""
-
-
-def run_and_exit(task: Task, pipe: int) -> NoReturn:
-    """Carry the task out, tell the result through ``pipe``, and end this process.
-
-    Told is what a record keeps, and under ``compiled`` what had to be loaded on the way.
-    """
-    code = 1
-    try:
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for standard in (0, 1, 2):  # what a library prints must not get between the answers
-            os.dup2(nowhere, standard)
-        limit = hard_time_limit(task.limits)
-        if limit < math.inf:  # a second net, for a run that outlives the server
-            seconds = math.ceil(limit) + 1
-            resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-        with open(pipe, "wb") as stream:
-            stream.write(json.dumps(_told(task)).encode())
-        code = 0
-    finally:
-        os._exit(code)  # no clean-up of what belongs to the server
-
-
-def _told(task: Task) -> dict[str, Any]:
-    before = compiled_versions()
-    try:
-        told = carry_out(task)
-    except LimitError as error:
-        told = {"status": "budget", "message": str(error)}
-    except GmOmplError as error:
-        told = {"status": "refused", "message": str(error)}
-    except Exception as error:
-        told = {"status": "error", "message": f"{type(error).__name__}: {error}"}
-    return {**told, "compiled": pack(compiled_versions() - before)}
-
-
-TICK = 0.05  # how often limits are looked at [s]
-
-COLD_TRIES = 3
+COLD_TRIES: Final = 3
 """A run that had to load compiled code is made again at most until this many have been made."""
 
 
-@dataclass
-class _Run:
-    """A run under way, the ``attempt``-th; ``verdict`` says why the server has killed it."""
-
-    number: int
-    task: Task
-    attempt: int
-    pid: int
-    pipe: int
-    started: float
-    verdict: str = ""
-    text: bytearray = field(default_factory=bytearray)
-
-
 @final
-class Server:
-    """Forks runs as ``source`` asks, watches them, and tells ``sink`` how they ended."""
+class Runs:
+    """Runs of a comparison."""
 
-    def __init__(self, source: int, sink: int) -> None:
-        self._source, self._sink = source, sink
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(source, selectors.EVENT_READ)
-        self._runs: dict[int, _Run] = {}
-        self._pending = bytearray()
+    tries = COLD_TRIES
 
-    def serve(self) -> None:
-        """Serve until the input ends."""
-        try:
-            while True:
-                wait = TICK if self._runs else None
-                for ready, _ in self._selector.select(wait):
-                    if ready.fd == self._source:
-                        if not self._read_requests():
-                            return
-                    else:
-                        self._read_run(self._runs[ready.fd])
-                self._enforce()
-        finally:
-            for run in self._runs.values():
-                _kill(run.pid)
-
-    def _read_requests(self) -> bool:
-        """Answer the requests that have come; return whether more may come."""
-        text = os.read(self._source, 1 << 16)
-        self._pending += text
-        *lines, rest = self._pending.split(b"\n")
-        self._pending = bytearray(rest)
-        for line in lines:
-            self._answer(json.loads(line))
-        return bool(text)
-
-    def _answer(self, request: dict[str, Any]) -> None:
-        if "task" in request:
-            self._start(int(request["number"]), Task.from_dict(request["task"]))
-            return
+    def prepare(self, request: Json) -> None:
+        """Load what the planners use."""
         warm_up(request["planners"])
-        self._tell({"ready": True})
 
-    def _start(self, number: int, task: Task, attempt: int = 1) -> None:
-        reading, writing = os.pipe()
-        pid = os.fork()
-        if pid == 0:
-            run_and_exit(task, writing)
-        os.close(writing)
-        run = _Run(number, task, attempt, pid, reading, time.monotonic())
-        self._runs[reading] = run
-        self._selector.register(reading, selectors.EVENT_READ)
+    def limits(self, task: Json) -> RunLimits:
+        """Return the task's own limits."""
+        return Task.from_dict(task).limits
 
-    def _read_run(self, run: _Run) -> None:
-        text = os.read(run.pipe, 1 << 16)
-        if text:
-            run.text += text
-            return
-        self._selector.unregister(run.pipe)
-        os.close(run.pipe)
-        del self._runs[run.pipe]
-        _, status, usage = os.wait4(run.pid, 0)
-        spent = {
-            "wall_s": time.monotonic() - run.started,
-            "cpu_s": usage.ru_utime + usage.ru_stime,
-            "peak_mb": usage.ru_maxrss / 1024.0,
-        }
-        outcome = ending(run.text, run.verdict, status)
-        compiled = outcome.pop("compiled", "")
-        if compiled and run.attempt < COLD_TRIES:
-            load(compiled)
-            self._start(run.number, run.task, run.attempt + 1)
-            return
-        self._tell({"number": run.number, "outcome": {**outcome, **spent}})
-
-    def _enforce(self) -> None:
-        now = time.monotonic()
-        for run in self._runs.values():
-            if run.verdict:
-                continue
-            run.verdict = excess(run.task.limits, now - run.started, run.pid)
-            if run.verdict:
-                _kill(run.pid)
-
-    def _tell(self, answer: dict[str, Any]) -> None:
-        left = memoryview(json.dumps(answer).encode() + b"\n")
-        while left:
-            left = left[os.write(self._sink, left) :]
-
-
-def _kill(pid: int) -> None:
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, signal.SIGKILL)
+    def carry_out(self, task: Json) -> Json:
+        """Return what a record keeps of the run."""
+        return carry_out(Task.from_dict(task))
 
 
 def main() -> None:
     """Serve on the standard streams."""
-    sink = os.dup(1)
-    os.dup2(2, 1)  # what libraries print while warming up
-    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
-        Server(0, sink).serve()
+    serve(Runs())
 
 
 if __name__ == "__main__":

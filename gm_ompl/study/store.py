@@ -53,6 +53,8 @@ class RunRecord:
     peak_mb: float = 0.0
     regrasps: int | None = None  # in the plan, or None
     least_z: float | None = None  # the smallest stability margin along the plan, or None
+    # by how much all ranges of uncertainty may be widened together, or None
+    tolerance: float | None = None
     mode_decisions: int | None = None  # made by the search
     # mode decisions made when the first plan was reported, or None. The Hybrid planners report it
     # at once; others at their next progress event.

@@ -41,6 +41,7 @@ class Summary:
     ratio: float | None
     regrasps: float | None  # median number, of the plans
     least_z: float | None  # median of the smallest stability margins, of the plans
+    tolerance: float | None  # median of how far all ranges may be widened, of the plans, if known
     peak_mb: float  # median peak memory [MiB]
     decisions: float | None  # median number of mode decisions
     # runs per status other than solved or budget ("infeasible", "crash", ...)
@@ -54,7 +55,7 @@ class Difference:
     scenario: str  # its name
     planner: str  # the planner
     against: str  # the first planner
-    what: str  # "success", "first plan [s]" or "cost / optimum"
+    what: str  # "success", "first plan [s]", "cost / optimum", "least z" or "tolerance"
     value: float | None  # the difference; None where it is not finite
     # lower end of the 95% bootstrap interval, perhaps -inf; None where nothing is known
     low: float | None
@@ -100,6 +101,16 @@ def ratios(records: Sequence[RunRecord], optima: Mapping[str, float]) -> Samples
     ])  # fmt: skip
 
 
+def _values(name: str) -> Callable[[Sequence[RunRecord]], Samples]:
+    """Return what gives a number of the runs that have one."""
+
+    def values(records: Sequence[RunRecord]) -> Samples:
+        found = (getattr(run, name) for run in records)
+        return np.array([value for value in found if value is not None], dtype=np.float64)
+
+    return values
+
+
 def summarise(records: Sequence[RunRecord], optima: Mapping[str, float]) -> tuple[Summary, ...]:
     """Return a summary per scenario and planner."""
     return tuple(
@@ -122,7 +133,7 @@ def _summary(
         ratio=_median(ratios(runs, optima)),
         **{
             name: _median([getattr(run, name) for run in runs])
-            for name in ("cost", "regrasps", "least_z")
+            for name in ("cost", "regrasps", "least_z", "tolerance")
         },
         peak_mb=float(np.median([run.peak_mb for run in runs])),
         decisions=_median([run.mode_decisions for run in runs]),
@@ -141,9 +152,10 @@ def differences(
     """Return how each planner differs from the first one, scenario by scenario.
 
     In a random family the scenarios, not the runs, are drawn anew, for both planners the same; cost
-    is compared on those that both have planned.
+    is compared on those that both have planned. Margins are compared where tolerances are known.
     """
     found = []
+    robust = any(run.tolerance is not None for run in records)
     for scenario, planners in grouped(records).items():
         (first, base), *others = planners.items()
         for planner, runs in others:
@@ -151,6 +163,14 @@ def differences(
                 ("success", lambda runs: np.array([float(run.solved) for run in runs]), _means),
                 ("first plan [s]", first_times, _medians),
                 ("cost / optimum", lambda runs: ratios(runs, optima), _medians),
+                *(
+                    (
+                        ("least z", _values("least_z"), _medians),
+                        ("tolerance", _values("tolerance"), _medians),
+                    )
+                    if robust
+                    else ()
+                ),
             ):
                 interval = _interval(runs, base, sample, statistic)
                 found.append(Difference(scenario, planner, first, what, *interval))

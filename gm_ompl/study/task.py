@@ -12,23 +12,16 @@ from typing import Any, TypeAlias
 
 import gm_ompl
 from gm_ompl import limits
+from gm_ompl.forks import RunLimits
 from gm_ompl.planners.planner import Progress
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.tolerance.measure import common_factor
 
 Json: TypeAlias = dict[str, Any]
 
-WITHOUT_INFLUENCE = ("app", "study")
+WITHOUT_INFLUENCE = ("app", "exploring", "study")
 """Packages whose sources do not change what a run finds, but for what it records of itself."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What one run may spend; None is no limit."""
-
-    time_s: float | None = None  # wall time of the search [s]
-    memory_mb: float | None = None  # resident memory of the run's process [MiB]
-    max_iterations: int | None = None  # the planner's own iterations
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +32,8 @@ class Task:
     planner: str  # its name
     parameters: Json  # the value of every parameter of the planner
     seed: int  # of the run
-    limits: Limits  # what it may spend
+    limits: RunLimits  # what it may spend
+    tolerance: bool = False  # whether to find what its plan tolerates, beyond those limits
 
     @property
     def scenario_name(self) -> str:
@@ -62,7 +56,7 @@ class Task:
     @classmethod
     def from_dict(cls, tree: Mapping[str, Any]) -> Task:
         """Return the task that ``to_dict`` wrote."""
-        return cls(**{**tree, "limits": Limits(**tree["limits"])})
+        return cls(**{**tree, "limits": RunLimits(**tree["limits"])})
 
 
 def _hash(tree: Any) -> str:
@@ -105,10 +99,14 @@ def carry_out(task: Task) -> dict[str, Any]:
     spent = plan.statistics
     times = [time for time, cost, _ in spent.history if cost is not None]
     decided = first[0].mode_decisions if first else spent.mode_decisions
+    tolerance = None
+    if task.tolerance and plan.steps:
+        tolerance = common_factor(plan, scenario.problem)
     same = ("status", "cost", "optimal", "lower_bound", "regrasps", "least_z")
     return {
         **{name: getattr(plan, name) for name in same},
         "first_plan_s": None if plan.cost is None else [*times, spent.time_s][0],
+        "tolerance": tolerance,
         "search_s": spent.time_s,
         "mode_decisions": spent.mode_decisions,
         "first_plan_decisions": None if plan.cost is None else decided,

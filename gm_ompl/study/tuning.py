@@ -20,14 +20,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.forks import RunLimits
 from gm_ompl.planners.parameters import Parameter, Value
 from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.reading import Kind, check_ordinary
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.study.compare import compare, make_tasks
-from gm_ompl.study.scores import MEASURES, Gain, gain, score
+from gm_ompl.study.scores import MEASURES, TOLERANCE, Gain, gain, score
 from gm_ompl.study.store import JournalLock, Store, writing_journal
-from gm_ompl.study.task import Limits, Task, code_version
+from gm_ompl.study.task import Task, code_version
 from gm_ompl.study.workers import Executor
 
 OBJECTIVES: Mapping[str, tuple[str, ...]] = {
@@ -49,7 +50,7 @@ class Design:
     training: Sequence[Scenario]  # scenarios that trials are scored on
     held_out: Sequence[Scenario]  # scenarios that the winner is scored on
     seeds: int  # runs per scenario and trial
-    limits: Limits  # of each run
+    limits: RunLimits  # of each run
     objective: str  # a key of ``OBJECTIVES``
     trials: int  # how many
     seed: int  # of the search over parameters
@@ -67,8 +68,9 @@ class Design:
         """Return the runs with these parameters."""
         scenarios = self.held_out if held_out else self.training
         made = make_tasks(
-            scenarios, [self.planner], self.seeds, self.limits, {self.planner: parameters}
-        )
+            scenarios, [self.planner], self.seeds, self.limits, {self.planner: parameters},
+            tolerance=TOLERANCE in OBJECTIVES[self.objective],
+        )  # fmt: skip
         return tuple(replace(task, seed=task.seed + FRESH) for task in made) if held_out else made
 
     @property
@@ -144,7 +146,8 @@ def tune(
     best = min(front, key=lambda place: (sum(map(math.log, trials[place].values)), place))
     settings: tuple[Values, Values] = ({}, trials[best].parameters)
     old, new = (compare(design.tasks(s, held_out=True), store, executor) for s in settings)
-    gains = {name: gain(name, old, new) for name in MEASURES}
+    known = [name for name in MEASURES if name != TOLERANCE or old[0].tolerance is not None]
+    gains = {name: gain(name, old, new) for name in known}
     return Tuned(trials, best, front, importances(trials), gains, study)
 
 

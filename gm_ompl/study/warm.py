@@ -1,19 +1,12 @@
-"""Compiled code for runs: what one run had to load, the server loads, so that no other pays.
+"""Small searches before the first run: they load most of the compiled code that runs need.
 
-Small searches before the first run load most of it. What they do not reach shows in the first run
-that needs it: that run says so, the server loads it, and the run is made again. So no run's time
-holds compilation, whatever its scenario needs.
+What they do not reach shows in the first run that needs it (see ``forks``).
 """
 
 from __future__ import annotations
 
-import base64
 import contextlib
-import importlib
-import pickle
-import sys
-from collections.abc import Iterable, Iterator
-from typing import Any, TypeAlias
+from collections.abc import Iterable
 
 import gm_ompl
 from gm_ompl.errors import InputError
@@ -21,8 +14,6 @@ from gm_ompl.errors import InputError
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 WARMING = ("paper/slide", "paper/regrasp")
 """Scenarios that, made small, load most of the compiled code a run may need."""
-
-Version: TypeAlias = tuple[str, str, Any]  # module, name and argument types of a compiled function
 
 
 def warm_up(planners: Iterable[str]) -> None:
@@ -32,40 +23,3 @@ def warm_up(planners: Iterable[str]) -> None:
         for planner in planners:
             with contextlib.suppress(InputError):  # its runs will say so
                 gm_ompl.plan(scenario, planner, max_iterations=20, time_limit=2.0)
-
-
-def compiled_versions() -> set[Version]:
-    """Return what is compiled in this process, of the package's own functions."""
-    return {
-        (module, name, signature)
-        for module, name, function in _compiled_functions()
-        for signature in function.overloads
-    }
-
-
-def _compiled_functions() -> Iterator[tuple[str, str, Any]]:
-    """Yield module, name and function; they are told by what numba gives them."""
-    for module, contents in list(sys.modules.items()):
-        if module.startswith("gm_ompl."):
-            for name, value in list(vars(contents).items()):
-                if hasattr(value, "py_func") and value.py_func.__module__ == module:
-                    yield module, name, value
-
-
-def pack(versions: Iterable[Version]) -> str:
-    """Return the versions as text; what cannot be written is left out."""
-    written = []
-    for version in versions:
-        with contextlib.suppress(pickle.PicklingError, TypeError, AttributeError):
-            written.append(pickle.dumps(version))
-    return base64.b64encode(pickle.dumps(written)).decode() if written else ""
-
-
-def load(text: str) -> None:
-    """Load what a run of this server told with ``pack``; nothing is executed.
-
-    Only for text from a process that this one has forked: unpickling trusts it.
-    """
-    for written in pickle.loads(base64.b64decode(text)):
-        module, name, signature = pickle.loads(written)
-        getattr(importlib.import_module(module), name).compile(signature)

@@ -16,7 +16,7 @@ import yaml
 from typer.testing import CliRunner, Result
 
 import gm_ompl
-from gm_ompl import api
+from gm_ompl import api, asking
 from gm_ompl.app.main import app, run
 from gm_ompl.planfile.model import Plan
 
@@ -262,7 +262,7 @@ def test_an_interrupt_before_the_search_leaves_a_plan_file(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(api, "Judge", interrupted)
+    monkeypatch.setattr(asking, "Judge", interrupted)
     path = tmp_path / "plan.json"
     assert invoke("plan", "paper/slide", *SMALL, "-o", str(path)).exit_code == 130
     assert json.loads(path.read_text())["status"] == "interrupted"

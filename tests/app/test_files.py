@@ -169,7 +169,7 @@ def test_an_endless_file_takes_no_memory() -> None:
         "try: read_text(Path('/dev/zero'), Kind('plan', 'JSON', 2**25))\n"
         "except InputError: sys.exit(2)"
     )
-    assert subprocess.run([sys.executable, "-c", limited], timeout=60).returncode == 2
+    assert subprocess.run([sys.executable, "-P", "-c", limited], timeout=60).returncode == 2
 
 
 def test_a_file_that_hides_its_size_is_read_up_to_the_limit() -> None:

@@ -156,7 +156,10 @@ CASES: dict[str, Case] = {
     "modes: one short": Case(put("steps.0.segments.1.modes", ["force"]), 0, "segments", "1 modes"),
     "f_com: changed": Case(put("steps.1.segments.2.f_com.0", 8.0), 1, "z", "claimed"),
     "f_com: changed, z to match": Case(
-        lambda d: _every_segment(d, 0, f_com=[8.0, None], z=3.7), 0, "best modes", "Sec. 3.4"
+        lambda d: _every_segment(d, 0, f_com=[8.0, None], z=3.7),
+        0,
+        "best modes",
+        "best of all modes",
     ),
     "f_com: negative": Case(put("steps.0.segments.0.f_com.0", -1.0), 0, "f_com", "1 outside"),
     "f_com: above the limit": Case(put("steps.0.segments.0.f_com.0", 10.5), 0, "f_com", "0.5"),

@@ -106,14 +106,14 @@ SCENARIO = {
 def test_a_plan_is_judged_from_its_file_alone(tmp_path: Path) -> None:
     """Scenario, steps and claims are read from the file, and hold until the scenario is changed."""
     scenario = Scenario.from_resolved(SCENARIO)
-    moves = plain_search(scenario.problem).moves
+    found = plain_search(scenario.problem)
     statistics = {
         "time_s": 0.0, "expanded": 0, "mode_decisions": 0, "history": [],
         "failing_junctions": None,  # the plain search does not judge them
     }  # fmt: skip
     plan = assemble(
-        scenario.problem, scenario.resolved(), moves,
-        status="solved", planner="plain", statistics=statistics,
+        scenario.problem, scenario.resolved(), found.moves, optimal=True,
+        lower_bound=found.cost, status="solved", planner="plain", statistics=statistics,
     )  # fmt: skip
     plan.save(tmp_path / "plan.json")
     assert len(plan.steps) == 1
@@ -178,6 +178,16 @@ def _segments(number: int, count: int) -> Tamper:
     def tamper(draft: Draft) -> None:
         step = draft["steps"][number]
         step["segments"] = [copy.deepcopy(step["segments"][0]) for _ in range(count)]
+
+    return tamper
+
+
+def _way(*corners: list[float]) -> Tamper:
+    """The regrasp's way past other corners."""
+
+    def tamper(draft: Draft) -> None:
+        way = draft["steps"][2]["way"]
+        draft["steps"][2]["way"] = [way[0], *corners, way[-1]]
 
     return tamper
 
@@ -290,6 +300,13 @@ CASES: dict[str, Case] = {
     ),
     "f_com": Case("slide", _every_segment(1, f_com=[-5.0, -5.0]), 1, "f_com"),
     "lifted finger": Case("lean", put("steps.2.finger", 1), 2, "lifted finger", "0 to 0"),
+    "way: straight through": Case("lean", _way(), 2, "way", "meets the object"),
+    "way: out on the other side": Case(
+        "lean", _way([-1.0, 0, 0.5], [-1.0, 0, 3.0]), 2, "way", "meets the object"
+    ),
+    "way: in from the other side": Case(
+        "lean", _way([1.55, 0, 3.0], [-1.0, 0, 3.0], [-1.0, 0, 0.5]), 2, "way", "meets the object"
+    ),
     "regrasp: cost": Case("lean", _then_total(put("steps.2.cost", 1.0)), 2, "cost", "(10)"),
     "total": Case("slide", put("cost", 1.0), None, "cost", "add up"),
 }

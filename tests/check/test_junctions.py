@@ -9,7 +9,7 @@ import pytest
 
 from gm_ompl.checking import check
 from gm_ompl.checking.report import CheckReport
-from gm_ompl.contact.junction import Passage
+from gm_ompl.contact.junction import JunctionVerdict
 from gm_ompl.planfile.model import Plan
 from tests.check.tampering import Draft
 
@@ -40,7 +40,7 @@ def test_a_broken_ramp_is_refused_with_its_place(draft: Draft) -> None:
     report = judged(draft)
     assert blamed(report) == [(0, 1), (0, 2)]
     message = next(v.message for v in report.violations if v.topic == "junctions")
-    assert Passage.FAILS.value in message and "states no failing" in message
+    assert JunctionVerdict.FAILS.value in message and "states no failing" in message
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,9 @@ def test_a_ramp_that_holds_at_rest_is_noted(draft: Draft) -> None:
     command(draft, ["force", "force"], [10.0, 1.0])
     report = judged(draft)
     assert not blamed(report)
-    assert any(Passage.RESTS.value in note and "step 0, segment 1" in note for note in report.notes)
+    assert any(
+        JunctionVerdict.RESTS.value in note and "step 0, segment 1" in note for note in report.notes
+    )
 
 
 def test_around_a_regrasp_the_object_rests(draft: Draft) -> None:

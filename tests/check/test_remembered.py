@@ -14,6 +14,7 @@ from gm_ompl.checking.recheck import Hold, Recheck
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.errors import SolverError
 from gm_ompl.reference import highs
+from gm_ompl.reference.cases import cases
 from gm_ompl.reference.internal_force import excessive_internal_force
 from gm_ompl.reference.modes import all_mode_sets, decide_modes
 from gm_ompl.reference.stability import stability_at
@@ -54,10 +55,10 @@ def test_margins_and_verdicts_are_the_reference_s(name: str, rows: tuple[int, ..
         model = statics(instant)
         for force in itertools.product((False, True), repeat=model.fingers):
             position = frozenset(i for i, own in enumerate(force) if not own)
-            verdict = memory.excessive(position, model, position)
+            verdict = memory.excessive(position, [model], position)
             assert verdict == excessive_internal_force(model, position).excessive
             f_com = np.where(force, 0.5 * model.f_max, 0.0)
-            found = memory.margins(force, model, np.array(force), f_com)
+            found = memory.bases.margins(force, model, np.array(force), f_com)
             modes = [ControlMode.FORCE if own else ControlMode.POSITION for own in force]
             want = stability_at(model, modes, f_com).z
             if found is not None:
@@ -78,10 +79,10 @@ def test_no_bound_is_below_what_some_f_com_reaches(name: str, rows: tuple[int, .
             force = np.array([mode is ControlMode.FORCE for mode in judged.modes])
             for share in (0.2, 0.9):
                 f_com = np.where(force, share * model.f_max, 0.0)
-                found = memory.margins((judged.modes, share), model, force, f_com)
+                found = memory.bases.margins((judged.modes, share), model, force, f_com)
                 if found is not None:
                     least = judged.stability.z * (1.0 - 1e-7) - 1e-9
-                    assert remembered.bound(model, force, found) >= least
+                    assert remembered.bound(cases(instant), force, [found]) >= least
 
 
 def test_the_best_is_told_from_what_is_worse() -> None:

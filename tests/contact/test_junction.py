@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ControlMode
-from gm_ompl.contact.junction import Control, Passage, controls, junction, meeting, passage
+from gm_ompl.contact.junction import Control, JunctionVerdict, controls, junction, meeting, passage
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Moment
 
@@ -84,4 +84,4 @@ def test_a_verdict_says_when_forces_balance(moving: bool, resting: bool, verdict
     def balanced(at: Moment, f_com: tuple[float | None, ...]) -> bool:
         return f_com == (1.0,) or (resting if at.twist is None else moving)
 
-    assert passage(ramp, moment, moment, balanced) is Passage[verdict]
+    assert passage(ramp, moment, moment, balanced) is JunctionVerdict[verdict]

@@ -7,6 +7,7 @@ import importlib
 import itertools
 import json
 import re
+import shlex
 from collections.abc import Callable
 
 import numpy as np
@@ -19,7 +20,7 @@ from gm_ompl.app.main import app
 from gm_ompl.contact.environment import contact_state, environment_contacts
 from gm_ompl.diagnosis import remedies
 from gm_ompl.diagnosis.instants import Blame, Explainer, contact_lines
-from gm_ompl.diagnosis.knobs import Answer, knobs, least
+from gm_ompl.diagnosis.knobs import TrialOutcome, knobs, least
 from gm_ompl.diagnosis.regions import whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import PLAN
 from gm_ompl.diagnosis.values import Explanation, Remedy
@@ -32,6 +33,7 @@ from gm_ompl.planners.planner import SearchResult, Status
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
+from tests.planners.test_equilibrium_alone import card
 
 
 def explainer_of(problem: Problem) -> Explainer:
@@ -82,7 +84,7 @@ def test_blame_names_something_exactly_where_geometry_fails() -> None:
     for _ in range(300):
         q = (float(rng.random()),)
         rows = tuple(int(row) for row in rng.integers(len(problem.fingers.placements), size=2))
-        reasons = blame.configuration(q, rows)
+        reasons = blame.configuration(problem.motion.pose(q), rows)
         assert bool(reasons) != judge.placements_valid(problem.motion.pose(q), rows)
         blocked += bool(reasons)
     assert 30 < blocked < 300
@@ -220,7 +222,8 @@ def test_a_finer_lattice_is_twice_as_fine(monkeypatch: pytest.MonkeyPatch) -> No
         before = load(name)
         attempt = remedies.finer(before, 1.0)
         assert attempt is not None and attempt.change is not None
-        assert attempt.sentence == f"a lattice twice as fine has a plan: --set {attempt.change}"
+        typed = shlex.quote(attempt.change)
+        assert attempt.sentence == f"a lattice twice as fine has a plan: --set {typed}"
         after = load(name, [attempt.change]).problem.lattice
         old = before.problem.lattice
         for few, many, period in zip(old.axes, after.axes, old.periods, strict=True):
@@ -283,10 +286,14 @@ def test_bisection_finds_the_least(truth: Callable[[float], bool], words: tuple[
     problem = load("paper/slide", ["fingers.max_normal_force=5"]).problem
     knob = next(iter(knobs(problem)))
 
-    def holds(changed: Problem, _: float) -> Answer:
-        return Answer.YES if truth(float(changed.fingers.max_normal_force[0])) else Answer.NO
+    def holds(changed: Problem, _: float) -> TrialOutcome:
+        return (
+            TrialOutcome.YES
+            if truth(float(changed.fingers.max_normal_force[0]))
+            else TrialOutcome.NO
+        )
 
-    remedy = least(knob, holds, PLAN, Answer.NO, Limits(60.0))
+    remedy = least(knob, holds, PLAN, TrialOutcome.NO, Limits(60.0))
     assert words[0] in remedy.change and words[1] in remedy.evidence
     assert "today 5" in remedy.evidence
     if remedy.helps:
@@ -298,10 +305,53 @@ def test_what_is_not_known_is_not_called_proven() -> None:
     """A search that ends without an answer settles nothing, above or below."""
     problem = load("paper/slide").problem
     for knob in knobs(problem):
-        vain = least(knob, lambda *_: Answer.UNKNOWN, PLAN, Answer.UNKNOWN, Limits(60.0))
+        vain = least(
+            knob, lambda *_: TrialOutcome.UNKNOWN, PLAN, TrialOutcome.UNKNOWN, Limits(60.0)
+        )
         assert not vain.helps and "on the lattice" not in vain.evidence
-        late = least(knob, lambda *_: Answer.YES, PLAN, Answer.NO, Limits(0.0))
+        late = least(knob, lambda *_: TrialOutcome.YES, PLAN, TrialOutcome.NO, Limits(0.0))
         assert not late.helps and "not settled in the time" in late.evidence
+
+
+@pytest.mark.filterwarnings("ignore:.*at the goal the object touches nothing")
+@pytest.mark.parametrize("key", ["fingers.soft", "mechanics.z_min"])
+def test_a_card_asks_for_soft_fingertips_or_for_equilibrium_alone(key: str) -> None:
+    """Two points cannot hold a card against a twist: what is named helps, what is next does not."""
+    scenario = gm_ompl.load(card(0.0, 0.1))
+    (knob,) = [knob for knob in knobs(scenario.problem) if knob.key == key]
+
+    def holds(changed: Problem, seconds: float) -> TrialOutcome:
+        solved = remedies.search(changed, seconds) is Status.SOLVED
+        return TrialOutcome.YES if solved else TrialOutcome.NO
+
+    remedy = least(knob, holds, PLAN, TrialOutcome.NO, Limits(60.0))
+    assert remedy.helps and (key == "fingers.soft" or remedy.change == "mechanics.z_min=0")
+    assert gm_ompl.plan(scenario.with_(remedy.change)).status == "solved"
+    missed = re.search(r"none on the lattice with (.*?)\)", remedy.evidence)
+    assert missed is not None
+    assert gm_ompl.plan(scenario.with_(f"{key}={missed[1]}")).status == "infeasible"
+
+
+def test_values_are_turned_from_what_they_are() -> None:
+    """A factor of 1 changes nothing, of 0 either; no fingertip is softer than it is wide."""
+    smooth = ["friction.finger=0", "friction.environment=0", "fingers.soft=[0, 0.1]"]
+    for changes in ([], smooth, ["fingers.soft=0.3"]):
+        problem = load("paper/slide", [*changes, "fingers.radius=0.3"]).problem
+        for knob in knobs(problem):
+            np.testing.assert_allclose(knob.at(1.0), knob.values, rtol=5e-3)
+            farthest = knob.at(knob.rungs[-1])
+            assert knob.key != "fingers.soft" or (farthest <= problem.fingers.radius).all()
+        assert ("fingers.soft" in [knob.key for knob in knobs(problem)]) == (
+            "fingers.soft=0.3" not in changes
+        )
+
+
+def test_nothing_helps_down_to_equilibrium_alone() -> None:
+    """Where z_min is turned down in vain, 0 was tried, too."""
+    (knob,) = [k for k in knobs(load("paper/slide").problem) if k.key == "mechanics.z_min"]
+    vain = least(knob, lambda *_: TrialOutcome.NO, PLAN, TrialOutcome.NO, Limits(60.0))
+    assert (vain.change, vain.helps) == ("mechanics.z_min=0", False)
+    assert vain.evidence.startswith("none on the lattice down to 0 ")
 
 
 def test_contacts_stick_slide_or_separate() -> None:

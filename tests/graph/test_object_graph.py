@@ -162,7 +162,7 @@ class Sparse:
             next(arc for arc in self.arcs_from(a) if arc.head == b)
             for a, b in itertools.pairwise(nodes)
         ]
-        steps = tuple(arc._replace(head=k) for k, arc in enumerate(arcs, start=1))
+        steps = tuple(arc.leading_to(k) for k, arc in enumerate(arcs, start=1))
         return Way(tuple(map(self.pose, nodes)), ((),) * len(nodes), steps)
 
 

@@ -113,7 +113,8 @@ def in_units(tree: Tree, length: float = 0.025, mass: float = 40.0, time: float 
     new, force = copy.deepcopy(tree), mass * length / time**2
     factors = {
         "box": length, "min": length, "max": length, "hull": length, "position": length,
-        "by": length, "x": length, "y": length, "radius": length, "soft": length, "regrasp": length,
+        "by": length, "x": length, "y": length, "z": length, "translation": length,
+        "radius": length, "soft": length, "regrasp": length,
         "clearance": length,
         "mass": mass, "gravity": length / time**2,
         "max_normal_force": force, "z_min": force, "stability": force,

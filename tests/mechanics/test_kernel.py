@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gm_ompl.contact.decision import ControlMode, Outcome
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.errors import ShapeError
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.instant import (
@@ -124,6 +126,34 @@ def test_degenerate_instants(change: str, agreement: ModuleType) -> None:
     assert found.holds, found.note
     if change == "doubled":
         assert decide_instant(changed).z == pytest.approx(decide_instant(whole).z, rel=1e-9)
+
+
+def test_replaced_contacts_and_friction_take_effect() -> None:
+    """Coefficients that were left out follow what is replaced, whatever the number of contacts."""
+    whole = pressed_block()
+    rough, smooth = (
+        dataclasses.replace(whole, environment_friction=mu).friction_at_contacts
+        for mu in (0.75, 0.0)
+    )
+    assert rough.tolist() == [0.75] * 4
+    assert smooth.tolist() == [0.0] * 4
+    none = ContactState(NOBODY, NOBODY, NOBODY, whole.contacts.rotation)
+    assert len(dataclasses.replace(whole, contacts=none).friction_at_contacts) == 0
+    with pytest.raises(ShapeError, match="contact_friction"):
+        dataclasses.replace(whole, contact_friction=np.ones(3))
+
+
+def test_contacts_of_a_scene_are_replaced_whole() -> None:
+    """Surfaces that were left out follow other points; given ones, normals and slip must fit."""
+    contacts = pressed_block().contacts
+    two: dict[str, Any] = {"points": contacts.points[:2], "normals": contacts.normals[:2]}
+    fewer = dataclasses.replace(contacts, **two, slip=contacts.slip[:2])
+    assert fewer.surfaces.tolist() == [0, 0]
+    with pytest.raises(ShapeError, match="slip"):
+        dataclasses.replace(contacts, **two)
+    given = dataclasses.replace(contacts, surfaces=np.array([0, 1, 1, 2]))
+    with pytest.raises(ShapeError, match="surfaces"):
+        dataclasses.replace(given, **two, slip=contacts.slip[:2])
 
 
 @pytest.mark.parametrize("fingers", [0, 2])

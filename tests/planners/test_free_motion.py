@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import copy
-from typing import Any
+import math
+from typing import Any, Never
 
 import pytest
 
 import gm_ompl
-from gm_ompl.planners.planner import SearchResult, Status
+from gm_ompl.planners.planner import Planner, PlannerSpecs, SearchResult, Status
 from gm_ompl.problem import Problem
 from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
-from tests.verify.count_searches import AGREE, gap, solve
+from gm_ompl.scenario.scenario import Scenario
+from tests.freed import free_path, free_plane, one_piece, small_plane
+from tests.verify.count_searches import AGREE, cost_of, gap, solve
 
-AGREED = ("random/free/2", "random/free/3", "random/free-clutter/2")
-"""Solved on lattices so small that the plain search may walk them."""
+AGREED = (
+    ("random/free/2", ("lattice.depth=3", "fingers.placements.grid=[1, 2]")),
+    ("random/free-clutter/2", ("lattice.depth=2",)),
+)
+"""Made so small that the plain search may walk their lattices."""
 
 
-@pytest.mark.parametrize("name", AGREED)
-def test_the_plain_search_finds_the_same_optimum(name: str) -> None:
+@pytest.mark.parametrize(("name", "changes"), AGREED)
+def test_the_plain_search_finds_the_same_optimum(name: str, changes: tuple[str, ...]) -> None:
     """Three searches, two lattices built by different code, one cost."""
-    problem = load(name).problem
+    problem = load(name, changes).problem
     optimum = plain_search(problem).cost
     assert max(gap(solve(problem, planner), optimum) for planner in ("astar", "dijkstra")) <= AGREE
 
@@ -46,37 +51,62 @@ def test_plans_hold() -> None:
         assert report.holds, report.table()
 
 
-def straight(free: bool) -> Problem:
-    """The paper's box, slid by 6 along a line: as a path, or freely, with nothing else to do."""
-    scenario: dict[str, Any] = copy.deepcopy(load("paper/slide").resolved())
-    scenario["fingers"]["placements"]["grid"] = [3, 3]
-    start = scenario["motion"]["start"]
-    scenario["motion"] = {"start": start, "path": [{"slide": {"by": [6, 0, 0]}}]}
-    scenario["lattice"] = {"segments": 12}
-    if free:
-        ways = {"region": {"x": [0, 6], "y": [0, 0], "z": [2.5, 2.5]}, "translate": ["x"]}
-        goal = {"position": [6, 0, "rest"], "yaw": "0 deg"}
-        scenario["motion"] = {"start": start, "goal": goal, "free": {**ways, "rotate": []}}
-        scenario["lattice"] = {"steps": {"translation": 0.5, "rotation": "15 deg"}}
-    return load({**scenario, "expect": {}}).problem
+def optimum(tree: dict[str, Any]) -> float:
+    """The optimal cost, +inf where there is no plan."""
+    return cost_of(found(Scenario.from_resolved(tree).problem))
 
 
-def test_a_lattice_of_one_way_is_that_path() -> None:
+def test_a_start_in_the_goal_costs_nothing() -> None:
+    """The plan is empty, its cost 0, also where no arc was looked at."""
+    tree: dict[str, Any] = load("random/free/3").resolved()
+    here = tree["motion"]["start"]
+    tree["motion"]["goal"] = {"position": here["position"], "yaw": "0 deg"}
+    plan = gm_ompl.plan(Scenario.from_resolved(tree))
+    assert plan.optimal and plan.cost == 0.0
+    assert gm_ompl.check(plan).holds
+
+
+PATHS = (0, 5, 10, 11, 12, 13)
+"""Seeds of ``random/small`` with one slide or one tumble; one of them has no plan."""
+
+
+@pytest.mark.parametrize("seed", PATHS)
+def test_a_lattice_of_one_way_is_that_path(seed: int) -> None:
     """A region and axes that leave one path give the path scenario's optimum."""
-    one, other = found(straight(free=True)), found(straight(free=False))
-    assert one.optimal
-    assert one.cost == pytest.approx(other.cost, rel=1e-9)
-    assert len(one.moves) == len(other.moves)
+    path = one_piece(seed)
+    assert path is not None
+    assert optimum(free_path(path)) == pytest.approx(optimum(path), rel=1e-6)
 
 
-@pytest.mark.parametrize("planner", ["HybridRRTConnect", "RRTConnect"])
-def test_other_planners_say_what_to_take(planner: str) -> None:
-    """They need coordinates, and name the planners that do not."""
-    with pytest.raises(gm_ompl.InputError, match="take astar or dijkstra"):
-        gm_ompl.plan("random/free/3", planner, max_iterations=1)
+@pytest.mark.parametrize("seed", [0, 2, 5, 8])
+def test_a_lattice_of_the_plane_is_planar_motion(seed: int) -> None:
+    """On a bare floor, axes and a region that leave the plane give the planar optimum."""
+    plane = small_plane(seed)
+    assert plane is not None and not plane["environment"]["obstacles"]
+    assert optimum(free_plane(plane)) == pytest.approx(optimum(plane), rel=1e-6)
 
 
-def test_explain_says_what_to_ask() -> None:
-    """It needs coordinates, too."""
-    with pytest.raises(gm_ompl.InputError, match=r"gm_ompl\.judge"):
-        gm_ompl.explain("random/free/3")
+def test_a_planner_that_needs_coordinates_is_refused() -> None:
+    """One of your own, unless its specs say otherwise, is told so before anything is searched."""
+
+    class Own(Planner):
+        """Plans along paths."""
+
+        name = "Own"
+        specs = PlannerSpecs(optimal=False, randomised=False)
+
+        def solve(self, *_: object) -> Never:
+            """Is not reached."""
+            raise AssertionError
+
+    with pytest.raises(gm_ompl.InputError, match=r"Own plans along paths.*specs\.free.*astar"):
+        gm_ompl.plan("free/around", Own())
+
+
+def test_walls_only_add_to_planar_motion() -> None:
+    """With walls the contact lattice has all arcs of the planar one, and costs at most as much."""
+    plane = small_plane(1)
+    assert plane is not None and plane["environment"]["obstacles"]
+    cost, free = optimum(plane), free_plane(plane)
+    free["lattice"]["depth"] = 4  # arcs of the planar plan
+    assert optimum(free) <= cost * (1.0 + 1e-6) < math.inf

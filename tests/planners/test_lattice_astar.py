@@ -20,9 +20,8 @@ from gm_ompl.scenario.load import load
 Solve = Callable[..., SearchResult]
 EXACT = ("astar", "dijkstra")
 
-QUICK = (0, 1, 4, 7, 10, 12, 14, 15, 16, 19, 21, 22, 25, 26, 33, 35, 36, 39, 41, 42, 44, 49, 58,
-         68, 69, 70, 71, 72, 73, 74, 76, 81, 82, 83, 85, 88)  # fmt: skip
-"""Seeds of ``random/small`` that need few mode decisions."""
+QUICK = (0, 1, 4, 7, 10, 14, 15, 19, 22, 25, 33, 36, 41, 44, 68, 70, 72, 74, 81, 83, 88)
+"""Seeds of ``random/small`` that need few mode decisions; ``verify`` has the others."""
 
 
 def agree(problem: Problem, result: SearchResult, optimum: float) -> None:
@@ -76,7 +75,7 @@ def test_planners_agree_with_the_plain_search(
 def test_the_random_problems_are_of_all_kinds() -> None:
     """The compared problems have one to three fingers, unequal ones, obstacles, given places."""
     problems = [load(f"random/small/{seed}").problem for seed in QUICK]
-    assert len(QUICK) >= 30
+    assert len(set(QUICK)) >= 20
     assert {p.fingers.count for p in problems} == {1, 2, 3}
     assert any(len(p.fingers.groups()) > 1 for p in problems)
     assert any(len(p.fingers.groups()) == 1 < p.fingers.count for p in problems)

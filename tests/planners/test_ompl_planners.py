@@ -56,8 +56,9 @@ def test_plans_hold_and_repeat(name: str) -> None:
 
 CUT_SHORT = """
 import gm_ompl
+scenario = gm_ompl.load("random/chain/53")
 for k in range(6):
-    plan = gm_ompl.plan("random/chain/53", {name!r}, time_limit=0.2 + 0.1 * k, seed=k)
+    plan = gm_ompl.plan(scenario, {name!r}, time_limit=0.2 + 0.1 * k, seed=k)
     assert plan.status in ("solved", "budget")
 """
 
@@ -66,7 +67,7 @@ for k in range(6):
 def test_a_time_limit_kills_no_process(name: str) -> None:
     """Ended while it still takes in its samples; FMT once freed states twice then."""
     ran = subprocess.run(
-        [sys.executable, "-c", CUT_SHORT.format(name=name)], capture_output=True, text=True
+        [sys.executable, "-P", "-c", CUT_SHORT.format(name=name)], capture_output=True, text=True
     )
     assert ran.returncode == 0, ran.stderr
 

@@ -19,12 +19,12 @@ import json
 import os
 from gm_ompl import api
 from gm_ompl.planners import prepare
-from gm_ompl.study import warm
-prepare.edges(), prepare.lanes(), prepare.decision()
-before = warm.compiled_versions()
+from gm_ompl import compiled
+prepare.edges(), prepare.decision()
+before = compiled.compiled_versions()
 for name, planner in (("slide", "astar"), ("regrasp", "astar"), ("regrasp", "HybridRRTConnect")):
     api.plan(f"paper/{name}", planner, max_iterations=300, time_limit=10.0)
-missed = warm.compiled_versions() - before
+missed = compiled.compiled_versions() - before
 print(json.dumps([len(before), sorted(f"{module}.{name}" for module, name, _ in missed)]))
 """
 
@@ -32,7 +32,10 @@ print(json.dumps([len(before), sorted(f"{module}.{name}" for module, name, _ in 
 def test_searches_compile_nothing_more() -> None:
     """Every function that is called from Python, with the very types that searches use."""
     ran = subprocess.run(
-        [sys.executable, "-c", WHAT_IS_MISSING], capture_output=True, text=True, check=True
+        [sys.executable, "-P", "-c", WHAT_IS_MISSING],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     prepared, missed = json.loads(ran.stdout)
     assert missed == []

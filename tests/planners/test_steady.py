@@ -10,7 +10,7 @@ import pytest
 import gm_ompl
 from docs.tables.junctions import verdicts
 from gm_ompl.contact.decision import ControlMode, ModeDecision
-from gm_ompl.contact.junction import Passage
+from gm_ompl.contact.junction import JunctionVerdict
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners import steady
@@ -166,9 +166,9 @@ def test_junctions_are_kept_where_they_can_be(name: str, mended: int) -> None:
     judge = _judge(problem)
     rng = np.random.default_rng(0)
     moves = make_planner("HybridRRT").solve(problem, judge, Budget(), rng).moves
-    before, now = verdicts(judge, moves)
-    assert before.total() == now.total() == now[Passage.HOLDS]
-    assert before[Passage.HOLDS] <= now[Passage.HOLDS] - mended
+    before, now = verdicts(judge, moves, steady.steady_moves(judge, moves).moves)
+    assert before.total() == now.total() == now[JunctionVerdict.HOLDS]
+    assert before[JunctionVerdict.HOLDS] <= now[JunctionVerdict.HOLDS] - mended
 
 
 def test_what_cannot_be_kept_is_told() -> None:
@@ -180,7 +180,7 @@ def test_what_cannot_be_kept_is_told() -> None:
     report = gm_ompl.check(plan)
     assert report.holds, report.table()
     (note,) = [note for note in report.notes if note.startswith("junctions")]
-    assert note.startswith(f"junctions: 1 where {Passage.RESTS.value}: before step ")
+    assert note.startswith(f"junctions: 1 where {JunctionVerdict.RESTS.value}: before step ")
 
 
 def test_no_moves_stay_none() -> None:

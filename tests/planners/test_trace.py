@@ -11,6 +11,7 @@ import pytest
 import gm_ompl
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.planners.ompl.motions import MacroMotions
 from gm_ompl.planners.planner import Budget, Progress, SearchResult
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.trace import Expansion, Vertex
@@ -103,6 +104,7 @@ def test_arcs_of_own_trees_hold(name: str) -> None:
     heard = Listener()
     result = _solve(problem, name, heard)
     model = ContinuousModel(problem, Judge(problem, make_backend(problem)))
+    motions = MacroMotions(model, model.start_state())
     told = heard.vertices
     trees = {"start"} if name == "HybridRRT" else {"start", "goal"}
     assert {v.tree for v in told.values()} == trees
@@ -111,7 +113,7 @@ def test_arcs_of_own_trees_hold(name: str) -> None:
             ends = [told[vertex.parent], vertex]
             before, after = ends if vertex.tree == "start" else ends[::-1]
             states = [HybridState(v.q, v.placements) for v in (before, after)]
-            assert model.expand(*states) is not None
+            assert motions.expand(*states) is not None
     reached = {HybridState(v.q, v.placements) for v in told.values() if v.tree == "start"}
     assert result.moves
     assert set(states_along(result.moves)) <= reached

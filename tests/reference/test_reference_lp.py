@@ -119,5 +119,5 @@ def test_the_solver_prints_nothing() -> None:
         "lp = LinearProgram(one, sparse.csc_array([[1.0]]), one, one, 0 * one, one)\n"
         "print(highs.solve(lp).x)"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    done = subprocess.run([sys.executable, "-P", "-c", program], capture_output=True, check=True)
     assert done.stdout.split() == [b"[1.]"]

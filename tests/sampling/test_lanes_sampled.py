@@ -17,7 +17,7 @@ from gm_ompl.problem import Problem
 from gm_ompl.sampling.lane_sample import LaneSample
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.route_maker import Route
+from gm_ompl.sampling.route import Route
 
 
 def _store(problem: Problem, judge: Judge) -> LaneStore:

@@ -10,6 +10,7 @@ import pytest
 import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planfile.model import Plan
+from gm_ompl.planners.ompl.motions import MacroMotions
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
@@ -32,6 +33,7 @@ def test_a_lattice_plan_expands_to_itself(
     moves = _optimal(problem, judge)
     assert moves
     model = ContinuousModel(problem, new_judge(problem))
+    motions = MacroMotions(model, model.start_state())
     for move in moves:
         if isinstance(move, Regrasp):
             here, there = (
@@ -40,7 +42,7 @@ def test_a_lattice_plan_expands_to_itself(
         else:
             here = HybridState(move.start, move.placements)
             there = HybridState(move.end, move.placements)
-        found = model.expand(here, there)
+        found = motions.expand(here, there)
         assert found is not None
         assert len(found) == 1
         assert found[0].cost == pytest.approx(move.cost, rel=1e-6)
@@ -58,9 +60,10 @@ def test_a_plan_of_long_arcs_passes_the_check(
     moves = _optimal(problem, judge)
     at = next(move for move in moves if isinstance(move, Regrasp))
     model = ContinuousModel(problem, judge)
-    first = model.expand(model.start_state(), HybridState(at.at, at.placements))
+    motions = MacroMotions(model, model.start_state())
+    first = motions.expand(model.start_state(), HybridState(at.at, at.placements))
     last = HybridState((1.0,), moves[-1].placements)
-    second = model.expand(HybridState(at.at, at.placements), last)
+    second = motions.expand(HybridState(at.at, at.placements), last)
     assert first is not None
     assert second is not None
     assert model.in_goal(last)
@@ -102,8 +105,9 @@ def test_what_is_refused(
     """No finger gets unplaced; two fingers on one placement, or one that stays, do not regrasp."""
     problem = small("slide")
     model = ContinuousModel(problem, new_judge(problem))
+    motions = MacroMotions(model, model.start_state())
     state = HybridState((0.0,), (0, 4))
-    assert model.expand(state, HybridState((0.5,), (0, UNPLACED))) is None
+    assert motions.expand(state, HybridState((0.5,), (0, UNPLACED))) is None
     assert model.regrasp((0.0,), (0, 4), 1, 0) is None
     assert model.regrasp((0.0,), (0, 4), 1, 4) is None
     assert not model.state_valid((0.0,), (0, 0))

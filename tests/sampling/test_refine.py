@@ -13,6 +13,7 @@ import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.hybrid_planners import refine
+from gm_ompl.planners.ompl.motions import MacroMotions
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Move, Problem, Regrasp
@@ -53,14 +54,15 @@ def test_needless_regrasps_are_dropped(
     rng = np.random.default_rng(0)
     good = make_planner("astar").solve(problem, judge, Budget(), rng).moves[0].placements
     model = ContinuousModel(problem, judge)
+    motions = MacroMotions(model, model.start_state())
     plan = None
     for row in range(len(problem.fingers.placements)):
         other = (good[0], row)
         states = [
             HybridState((s,), p) for s, p in ((0.0, good), (0.5, good), (0.5, other), (0.5, good))
         ]
-        parts = [model.expand(a, b) for a, b in itertools.pairwise(states)]
-        last = model.expand(states[-1], HybridState((1.0,), good))
+        parts = [motions.expand(a, b) for a, b in itertools.pairwise(states)]
+        last = motions.expand(states[-1], HybridState((1.0,), good))
         if row not in good and last is not None and None not in parts:
             plan = [move for part in [*parts, last] for move in part or ()]
             break

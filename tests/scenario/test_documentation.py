@@ -1,4 +1,4 @@
-"""docs/scenario-format.md: every example works."""
+"""docs/reference/scenario.md: every example works."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gm_ompl.scenario.document import parse
 from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.scenario import Scenario
 
-PAGE = Path(__file__).parents[2] / "docs" / "scenario-format.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "scenario.md"
 PLANAR: dict[str, Any] = {
     "planar": {"x": [-2, 20], "y": [-10, 10], "yaw": ["-180 deg", "180 deg"]},
     "start": {"position": [0, 0, 5]},

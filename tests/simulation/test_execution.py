@@ -23,7 +23,7 @@ from gm_ompl.simulation.execute import Setup, errant_world, execute, prepare
 from gm_ompl.simulation.physics import STEP, Physics
 from gm_ompl.simulation.pulses import Disturber, shape
 from gm_ompl.simulation.timeline import PHASES
-from gm_ompl.simulation.world import World
+from gm_ompl.simulation.world import Bodies
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("mujoco") is None and not os.environ.get("CI"),
@@ -200,7 +200,7 @@ def test_results_do_not_depend_on_the_unit(cork_plan: Plan, tampered: Tampered) 
     )
 
 
-def _pushed(world: World, force: float) -> tuple[float, float]:
+def _pushed(world: Bodies, force: float) -> tuple[float, float]:
     """Return how far a box on the floor goes in the first and second 0.2 s of a push [N]."""
     start, upright = np.array([0.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0, 0.0])
     far = np.full((2, 3), 5.0)

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from gm_ompl.app.study_verbs import BenchVerb
 from gm_ompl.app.studying import bench_command, lines
-from gm_ompl.app.verbs import BenchVerb
 from gm_ompl.errors import InputError
 from gm_ompl.scenario.load import load
 from gm_ompl.study.bench import bench, decisions_per_node

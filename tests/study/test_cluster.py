@@ -17,10 +17,11 @@ import pytest
 
 import gm_ompl
 from gm_ompl.errors import InputError
+from gm_ompl.forks import RunLimits
 from gm_ompl.study.cluster import DaskExecutor, make_executor, secured
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.store import RunRecord, Store
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.task import Task
 from gm_ompl.study.workers import LocalExecutor
 
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
@@ -28,7 +29,7 @@ SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 
 def small_tasks(seeds: int) -> tuple[Task, ...]:
     scenario = gm_ompl.load("paper/slide", SMALL)
-    return make_tasks([scenario], ("RRT", "HybridRRT"), seeds, Limits(max_iterations=50))
+    return make_tasks([scenario], ("RRT", "HybridRRT"), seeds, RunLimits(max_iterations=50))
 
 
 class Cluster:

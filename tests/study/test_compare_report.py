@@ -182,11 +182,11 @@ def test_wrong_options_are_named(
 
 
 def test_the_page_has_its_marks(tmp_path: Path) -> None:
-    """Tables go into docs/comparison.md; what stands between them is left alone."""
+    """Tables go into docs/results/comparison.md; what stands between them is left alone."""
     found = marked(RUNS, {"k": 9.0})
     assert len(found["runs"].splitlines()) == 2 + 2 and "1.111" in found["runs"]  # 10 over 9
     assert len(found["differences"].splitlines()) == 2 + 1
-    page = (Path(__file__).parents[2] / "docs" / "comparison.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "results" / "comparison.md").read_text()
     copy = tmp_path / "page.md"
     copy.write_text(page)
     write_tables(copy, found)

@@ -1,4 +1,4 @@
-"""docs/planners.md: its table and picture say what the runs say."""
+"""docs/results/planners.md: its table and picture say what the runs say."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from docs.tables import planners
+from docs.tables import planners, reference
 from docs.tables.pages import write_tables
 from docs.tables.planners import DESIGN, curves, draw, rates
 from gm_ompl.planners.registry import PLANNERS
 from tests.study.test_compare_report import EVIL, OPTIMA, RUNS
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "planners.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "results" / "planners.md"
 
 
 def test_the_table_counts_runs_without_a_plan() -> None:
@@ -70,5 +70,5 @@ def test_parameters_are_those_that_the_planners_declare() -> None:
         for planner in ("HybridRRT", "HybridRRTstar")
         for one in PLANNERS[planner].parameters
     }
-    section = PAGE.read_text().split("## Parameters")[1].split("\n## ")[0]
-    assert {line for line in section.splitlines() if line.startswith("| `")} == declared
+    section = reference.planners().split("## Parameters")[1]
+    assert declared <= {line for line in section.splitlines() if line.startswith("| `")}

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import gm_ompl
 from docs.tables import scaling
-from docs.tables.scaling import AXES, Case
+from docs.tables.scaling import AXES, Growing
 
-PAGES = Path(__file__).resolve().parents[2] / "docs"
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "results"
 SMALL = ("lattice.segments=3", "fingers.placements.grid=[2, 2]")
 TINY = {
-    "placements": (Case("slide", 1, "paper/slide", SMALL),),
+    "placements": (Growing("slide", 1, "paper/slide", SMALL),),
     "fingers": (
-        Case("slide", 1, "paper/slide", (*SMALL, "fingers.count=1")),
-        Case("slide", 1, "paper/slide", SMALL),
+        Growing("slide", 1, "paper/slide", (*SMALL, "fingers.count=1")),
+        Growing("slide", 1, "paper/slide", SMALL),
     ),
 }
 
@@ -39,7 +39,7 @@ def test_a_small_study(tmp_path: Path) -> None:
 
 
 def test_the_page_has_a_row_per_case() -> None:
-    """Every case of every axis stands in docs/scaling.md, the sampling columns filled."""
+    """Every case of every axis stands in docs/results/scaling.md, the sampling columns filled."""
     page = (PAGES / "scaling.md").read_text(encoding="utf-8")
     for axis, cases in AXES.items():
         part = page.split(f"<!-- begin {axis} -->")[1].split(f"<!-- end {axis} -->")[0]

@@ -10,11 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.forks import RunLimits
+from gm_ompl.study.task import Task
 from tests.study.test_compare import small_tasks
 
 HANGING = """
 import time
+from gm_ompl import forks
 from gm_ompl.study import server
 held = []
 def behave(task):
@@ -23,7 +25,7 @@ def behave(task):
     if task.seed > 0:
         time.sleep(60.0)
     return {"status": "solved"}
-server.GRACE_S, server.carry_out = 0.2, behave
+forks.GRACE_S, server.carry_out = 0.2, behave
 server.main()
 """
 
@@ -42,13 +44,13 @@ server.main()
 
 def test_a_hang_costs_one_run() -> None:
     """A run far beyond its time or memory is killed and recorded; its neighbour is untouched."""
-    task, slow = small_tasks()[0], Limits(0.2)
+    task, slow = small_tasks()[0], RunLimits(0.2)
     found = _served(
         HANGING,
         [
             replace(task, limits=slow),
             replace(task, seed=1, limits=slow),
-            replace(task, seed=2, limits=Limits(100.0, memory_mb=1.0)),
+            replace(task, seed=2, limits=RunLimits(100.0, memory_mb=1.0)),
         ],
     )
     assert [found[number]["status"] for number in range(3)] == ["solved", "timeout", "memory"]
@@ -84,13 +86,14 @@ def _served(script: str, tasks: Sequence[Task]) -> dict[int, dict[str, Any]]:
 
 COLD = """
 import sys
-from gm_ompl.study import server, warm
+from gm_ompl import compiled
+from gm_ompl.study import server
 plain = server.carry_out
 def counted(task):
-    before = warm.compiled_versions()
+    before = compiled.compiled_versions()
     found = plain(task)
     with open({path!r}, "a") as file:
-        print(len(warm.compiled_versions() - before), file=file)
+        print(len(compiled.compiled_versions() - before), file=file)
     return found
 server.carry_out = counted
 server.main()

@@ -14,11 +14,12 @@ import pytest
 
 import gm_ompl
 from gm_ompl.errors import InputError, MissingExtraError
+from gm_ompl.forks import RunLimits
 from gm_ompl.planners.registry import PLANNERS
 from gm_ompl.study.report import tuning_html
-from gm_ompl.study.scores import gain, score
+from gm_ompl.study.scores import PENALTY, gain, score
 from gm_ompl.study.store import RunRecord, Store
-from gm_ompl.study.task import Limits, Task
+from gm_ompl.study.task import Task
 from gm_ompl.study.tuning import OBJECTIVES, Design, searched, tune
 from gm_ompl.study.workers import Outcome
 
@@ -51,7 +52,7 @@ class Pretended:
 def design(objective: str = "decisions", trials: int = 12) -> Design:
     training, held = ["paper/slide", "paper/push"], ["random/small/4"]
     return Design("HybridRRT", list(map(gm_ompl.load, training)), list(map(gm_ompl.load, held)),
-                  2, Limits(max_iterations=50), objective, trials, 0)  # fmt: skip
+                  2, RunLimits(max_iterations=50), objective, trials, 0)  # fmt: skip
 
 
 def test_only_bounded_parameters_are_searched() -> None:
@@ -106,12 +107,47 @@ def test_two_objectives_give_a_front(tmp_path: Path) -> None:
     assert tuning_html(tuned, OBJECTIVES["both"], "both").count('class="plotly-graph-div"') == 4
 
 
-def record(scenario: str, seed: int, decisions: int, *, solved: bool = True) -> RunRecord:
+@pytest.mark.parametrize("objective", ["z", "tolerance"])
+def test_tuning_knows_margins_and_tolerances(objective: str, tmp_path: Path) -> None:
+    """Where a parameter makes plans more robust it is found, against what is as robust today."""
+
+    class Robust(Pretended):
+        """Plans hold the more, and tolerate the more, the nearer a parameter is to 5."""
+
+        def run(self, tasks: Sequence[Task]) -> Iterator[tuple[Task, Outcome]]:
+            for task, outcome in super().run(tasks):
+                good = 1.0 / (1.0 + (float(task.parameters["placement_bias"]) - 5.0) ** 2)
+                assert task.tolerance == (objective == "tolerance")
+                yield task, {**outcome, "cost": 1.0, "least_z": good, "tolerance": good}
+
+    with Store(tmp_path / "runs.sqlite") as store:
+        tuned = tune(design(objective, 15), store, Robust(), tmp_path / "journal")
+    assert abs(float(tuned.trials[tuned.best].parameters["placement_bias"]) - 5.0) < 1.5
+    found = tuned.gains[objective]
+    assert found.supported and found.factor > 1.0
+
+
+def test_what_is_robust_is_scored_by_its_inverse() -> None:
+    """Half the margin, or the tolerance, of the defaults is twice their measure; none is ten."""
+    base = [record("a", 0, 1, least_z=2.0, tolerance=1.0)]
+    for name in ("z", "tolerance"):
+        worse = [record("a", 0, 1, least_z=1.0, tolerance=0.5)]
+        assert score(name, base, base) == pytest.approx(1.0)
+        assert score(name, worse, base) == pytest.approx(2.0)
+        none = [record("a", 0, 1, least_z=0.0, tolerance=0.0)]
+        assert score(name, none, base) == pytest.approx(PENALTY)
+
+
+def record(
+    scenario: str, seed: int, decisions: int, *, solved: bool = True,
+    least_z: float | None = None, tolerance: float | None = None,
+) -> RunRecord:  # fmt: skip
     return RunRecord(
         key=f"{scenario}{seed}", scenario=scenario, scenario_key=scenario, planner="p",
         parameters={}, seed=seed, time_limit=None, memory_limit=None, max_iterations=9, code="",
         status="solved" if solved else "budget", cost=1.0 if solved else None,
         mode_decisions=decisions, first_plan_decisions=decisions if solved else None,
+        least_z=least_z, tolerance=tolerance,
     )  # fmt: skip
 
 
@@ -141,7 +177,7 @@ def test_wrong_designs_are_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     slide, good = gm_ompl.load("paper/slide"), design()
     for planner, held in (("HybridRRT", [slide]), ("HybridRRT", []), ("nonsense", good.held_out)):
         with pytest.raises(InputError):
-            Design(planner, [slide], held, 1, Limits(), "time", 1, 0)
+            Design(planner, [slide], held, 1, RunLimits(), "time", 1, 0)
     monkeypatch.setitem(sys.modules, "optuna", None)
     with (
         Store(tmp_path / "runs.sqlite") as store,

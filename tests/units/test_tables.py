@@ -11,7 +11,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.tables import ArcTable
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.route_maker import Route
+from gm_ompl.sampling.route import Route
 from gm_ompl.scenario.load import load
 
 

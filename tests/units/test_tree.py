@@ -10,7 +10,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.lines import polyline
-from gm_ompl.sampling.route_maker import Route
+from gm_ompl.sampling.route import Route
 from gm_ompl.sampling.settings import ExploringSettings
 from gm_ompl.sampling.tree import ROOT, Tree
 from gm_ompl.scenario.load import load

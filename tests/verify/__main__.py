@@ -1,4 +1,4 @@
-"""``python -m tests.verify [NAME ...]``: do the long counts and write docs/verification.md."""
+"""``python -m tests.verify [NAME ...]``: do the long counts and write their page."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from tests.verify import counting
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "build" / "verify"
-TABLE = ROOT / "docs" / "verification.md"
+TABLE = ROOT / "docs" / "results" / "verification.md"
 HEADER = """# Verification
+
+<!-- this page is written by a program -->
 
 Claims tried on many instances by `make verify`, which writes this page and goes on where it was
 stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone. The last column

@@ -37,7 +37,7 @@ from pathlib import Path
 import gm_ompl
 from gm_ompl.study.compare import compare, make_tasks
 from gm_ompl.study.store import Store
-from gm_ompl.study.task import Limits
+from gm_ompl.forks import RunLimits
 from gm_ompl.study.workers import LocalExecutor
 
 class Told:
@@ -54,7 +54,7 @@ class Told:
 folder, runs = Path(sys.argv[1]), int(sys.argv[2])
 small = ["lattice.segments=2", "fingers.placements.grid=[2, 2]"]
 scenario = gm_ompl.load("paper/slide", small)
-tasks = make_tasks([scenario], ["RRT", "HybridRRT"], runs // 2, Limits(max_iterations=50))
+tasks = make_tasks([scenario], ["RRT", "HybridRRT"], runs // 2, RunLimits(max_iterations=50))
 with Store(folder / "runs.sqlite") as store, closing(Told(LocalExecutor(), folder / "log")) as told:
     compare(tasks, store, told)
 """.replace("\\\\n", "\\n")

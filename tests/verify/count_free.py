@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 from gm_ompl.motion.object_graph import ObjectGraph
 from gm_ompl.planners.planner import Status
+from gm_ompl.problem import Displacement
 from gm_ompl.reference.contact_lattice import object_graph
 from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
+from gm_ompl.scenario.scenario import Scenario
+from tests.free_laws import CHANGES, Tree, square
+from tests.freed import free_path, free_plane, one_piece, small_plane
 from tests.lattices import differences
-from tests.verify.count_searches import AGREE, gap, solve
+from tests.verify.count_searches import AGREE, cost_of, gap, solve
 from tests.verify.counting import Result, count
 
 NODES = 60
@@ -53,3 +58,70 @@ def _nodes(graph: ObjectGraph) -> set[int]:
                 found.add(arc.head)
                 waiting.append(arc.head)
     return found
+
+
+@count(instances=100)
+def free_laws(instance: int) -> Result:
+    """Moved, turned, mirrored, in other units, renumbered: the optimum of free motion is as it was.
+
+    Worst: the greatest relative difference.
+    """
+    name = _name(instance)
+    tree = square(name)
+    cost = _optimum(tree)
+    gaps = {}
+    for change, (changed, scale) in CHANGES.items():
+        other = _optimum(changed(tree)) / scale
+        both = math.isinf(cost) and math.isinf(other)
+        gaps[change] = 0.0 if both else abs(other - cost) / max(cost, 1e-12)
+    worst = max(gaps.values())
+    return Result(holds=worst <= AGREE, worst=worst, note=f"{name}: {gaps}")
+
+
+@count(instances=100)
+def free_paths(instance: int) -> Result:
+    """A region and axes that leave one path give the optimum of the path scenario.
+
+    Worst: the greatest relative difference.
+    """
+    path = one_piece(instance)
+    if path is None:
+        return Result(holds=True, outcome="two pieces")
+    return _alike(_optimum(free_path(path)), _optimum(path), f"random/small/{instance}")
+
+
+@count(instances=100)
+def free_planes(instance: int) -> Result:
+    """Left in the plane, free motion has the planar optimum; with walls at most that.
+
+    Worst: the greatest relative difference on a bare floor.
+    """
+    plane = small_plane(instance)
+    if plane is None:
+        return Result(holds=True, outcome="blocked")
+    found, name = solve(Scenario.from_resolved(plane).problem, "astar"), f"random/planar/{instance}"
+    cost, free = cost_of(found), free_plane(plane)
+    if not plane["environment"]["obstacles"]:
+        return _alike(_optimum(free), cost, name)
+    if math.isinf(cost):
+        return Result(holds=True, note=name, outcome="no plan among walls")
+    # Along walls there are ever new ways to lie askew; the planar plan has so many arcs.
+    free["lattice"]["depth"] = sum(isinstance(move, Displacement) for move in found.moves)
+    least = _optimum(free)
+    outcome = "cheaper" if least < cost * (1.0 - AGREE) else "the same"
+    note = f"{name}: {least}, {cost}"
+    return Result(holds=least <= cost * (1.0 + AGREE), note=note, outcome=outcome)
+
+
+def _alike(one: float, other: float, name: str) -> Result:
+    both = math.isinf(one) and math.isinf(other)
+    worst = 0.0 if both else abs(one - other) / max(other, 1e-12)
+    outcome = "no plan" if both else "the same"
+    return Result(
+        holds=worst <= AGREE, worst=worst, note=f"{name}: {one}, {other}", outcome=outcome
+    )
+
+
+def _optimum(tree: Tree) -> float:
+    """Return the optimal cost, +inf where there is no plan."""
+    return cost_of(solve(Scenario.from_resolved(tree).problem, "astar"))

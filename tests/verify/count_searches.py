@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gm_ompl.feasibility.backends import make_backend
@@ -30,6 +32,14 @@ def solve(problem: Problem, planner: str) -> SearchResult:
     """Solve with the kernel."""
     judge = Judge(problem, make_backend(problem))
     return make_planner(planner).solve(problem, judge, Budget(), np.random.default_rng(0))
+
+
+def cost_of(result: SearchResult) -> float:
+    """Return the optimal cost, +inf where there is no plan."""
+    if result.status is Status.INFEASIBLE:
+        return math.inf
+    assert result.optimal and result.cost is not None
+    return result.cost
 
 
 def gap(result: SearchResult, optimum: float) -> float:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
-import os
-import shutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +13,8 @@ import pytest
 
 from gm_ompl import api
 from gm_ompl.planfile.model import Plan
+from tests.browsers import Visit
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader"]
 LENGTHS = ("position", "point", "translation")
 
 
@@ -107,48 +103,6 @@ def _scale_lengths(value: Any, factor: float) -> None:
             _scale_lengths(item, factor)
 
 
-@dataclass
-class Visit:
-    """A page opened without a network.
-
-    Attributes:
-        tab: the browser's page.
-        requests: the addresses it asked for, its own aside.
-        errors: what went wrong in it.
-    """
-
-    tab: Any
-    requests: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
-
-    def wait(self, condition: str) -> None:
-        """Wait until an expression holds in the page, whose policy forbids playwright's own way."""
-        for _ in range(1500):
-            if self.tab.evaluate(condition):
-                return
-            self.tab.wait_for_timeout(20)
-        pytest.fail(f"the page never came to {condition}")
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """Headless Chromium; where it is missing the test is skipped, but under CI=true fails."""
-    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    problem = "" if found else "no Chromium; on Debian or Ubuntu: apt-get install chromium"
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        problem = "playwright is not installed"
-    if problem:
-        if os.environ.get("CI") == "true":
-            pytest.fail(problem)
-        pytest.skip(problem)
-    with sync_playwright() as driver:
-        program = driver.chromium.launch(executable_path=found, args=FLAGS)
-        yield program
-        program.close()
-
-
 @pytest.fixture
 def visit(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Visit]]:
     """Return a function that opens a page's text, offline, in a window of the given size."""
@@ -161,10 +115,7 @@ def visit(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Visit]]:
         contexts.append(context)
         seen = Visit(context.new_page())
         address = path.as_uri()
-        seen.tab.on("pageerror", lambda error: seen.errors.append(str(error)))
-        seen.tab.on("console", lambda m: seen.errors.append(m.text) if m.type == "error" else None)
-        seen.tab.on("dialog", lambda dialog: seen.errors.append(f"dialog {dialog.message}"))
-        seen.tab.on("request", lambda r: seen.requests.append(r.url) if r.url != address else None)
+        seen.listen(address)
         seen.tab.goto(address)
         seen.wait("window.gmOmpl !== undefined")
         return seen

@@ -11,9 +11,10 @@ import pytest
 from gm_ompl.viz.page import page
 from PIL import Image
 
+import gm_ompl
 from gm_ompl.planfile.model import Plan
+from tests.browsers import SIZES
 
-SIZES = {"desktop": (1280, 900), "phone": (390, 844)}
 HOSTILE = {
     "markup": "<script>document.title='hacked'</script> </script><img src=x onerror=alert(1)> "
     "\"'><b onclick='x'>&amp;&#60; @@SCORE@@ {{x}} ${y} \\u003c",
@@ -251,3 +252,17 @@ def test_without_a_plan_the_start_is_shown(visit: Callable[..., Any], infeasible
     seen.tab.keyboard.press("ArrowRight")
     assert not seen.tab.evaluate("gmOmpl.playing")
     assert seen.errors == []
+
+
+def test_free_motion_is_told_in_words(visit: Callable[..., Any]) -> None:
+    """What happens is listed, the present link marked; the object's place is said, and its turn."""
+    seen = visit(page(gm_ompl.plan("random/free/2")))
+    items = seen.tab.locator("#links li")
+    assert items.count() >= 2
+    first = seen.tab.evaluate("gmOmpl.state(0).text")
+    assert items.first.get_attribute("aria-current") is not None
+    assert items.first.inner_text() in first["step"]
+    assert first["coordinates"].startswith("at [0, 0, ")
+    last = seen.tab.evaluate("gmOmpl.state(gmOmpl.duration).text")
+    assert items.last.get_attribute("aria-current") is not None
+    assert last["coordinates"].endswith("turned 180.0 deg about +y")

@@ -1,22 +1,17 @@
 "use strict";
 (function () {
-  const score = JSON.parse(document.getElementById("score").textContent);
-  const packed = JSON.parse(document.getElementById("messages").textContent);
   const by = (id) => document.getElementById(id);
   const NAMES = { P: "position", F: "force", L: "lifted" };
   const LOOKS = ["position", "force", "lifted"];
-  const segments = score.segments.map((r) => ({
-    start: r[0], end: r[1], step: r[2], pose: r[3], poses: r[4], modes: r[5], force: r[6], z: r[7],
-    hand: score.hands[r[8]], contacts: score.contacts[r[9]], lifted: r[10], target: r[11],
-    path: r[12] < 0 ? null : score.paths[r[12]],
-  }));
   const show = (value) => {
     if (value === 0) return "0";
     const size = Math.abs(value);
     return size >= 1e5 || size < 1e-3 ? value.toExponential(3) : String(+value.toPrecision(4));
   };
 
-  let viewer = null;
+  // What is shown: set by present().
+  let score = null, segments = [], links = [];
+  let viewer = null, after_frame = () => {};
   const nodes = { fingers: [], contacts: [] };
   let time = 0, playing = false, last = null, frames = 0, shown = null;
 
@@ -32,9 +27,25 @@
       this.renderer.setSize(w, h);
       this.set_dirty();
     };
+    const render = viewer.render.bind(viewer);
+    viewer.render = function () { render(); frames += 1; place_labels(); after_frame(); };
+    viewer.set_3d_pane_size();
+    window.addEventListener("resize", () => viewer.set_3d_pane_size());
+  }
+
+  function obey(packed) {
     for (const text of packed) {
       viewer.handle_command_bytearray(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)));
     }
+  }
+
+  // Replace the scene; the look from where one has turned to is kept.
+  function populate(packed) {
+    viewer.handle_command({ type: "delete", path: "/meshcat/world" });
+    obey(packed);
+    nodes.fingers = [];
+    nodes.contacts = [];
+    by("labels").replaceChildren();
     const find = (path) => viewer.scene_tree.find(["meshcat", "world"].concat(path)).object;
     nodes.world = find([]);
     nodes.object = find(["object"]);
@@ -52,20 +63,29 @@
       const at = (...more) => find(["object", "contact" + k, ...more]);
       nodes.contacts.push({ root: at(), still: at("static"), sliding: at("sliding") });
     }
-    const render = viewer.render.bind(viewer);
-    viewer.render = function () { render(); frames += 1; place_labels(); };
-    viewer.set_3d_pane_size();
-    window.addEventListener("resize", () => viewer.set_3d_pane_size());
   }
 
   function place_labels() {
     const box = by("pane").getBoundingClientRect();
     for (const f of nodes.fingers) {
-      const p = f.root.getWorldPosition(viewer.camera.position.clone()).project(viewer.camera);
-      f.label.hidden = !f.root.visible || p.z > 1;
-      f.label.style.left = (0.5 + 0.5 * p.x) * box.width + "px";
-      f.label.style.top = (0.5 - 0.5 * p.y) * box.height + "px";
+      const [x, y, ahead] = on_pane(f.root.getWorldPosition(viewer.camera.position.clone()), box);
+      f.label.hidden = !f.root.visible || !ahead;
+      f.label.style.left = x + "px";
+      f.label.style.top = y + "px";
     }
+  }
+
+  // Where a point of meshcat's is drawn in the pane, and whether it is ahead of the camera.
+  function on_pane(point, box) {
+    const p = point.project(viewer.camera);
+    return [(0.5 + 0.5 * p.x) * box.width, (0.5 - 0.5 * p.y) * box.height, p.z <= 1];
+  }
+
+  // Likewise of a point of the plan's.
+  function project(point) {
+    const at = viewer.camera.position.clone().set(...point);
+    viewer.scene.updateMatrixWorld(true);
+    return on_pane(nodes.world.localToWorld(at), by("pane").getBoundingClientRect());
   }
 
   function segment_at(t) {
@@ -123,6 +143,25 @@
     viewer.set_dirty();
   }
 
+  // Where the object is: its centre of mass, and how it is turned since the start.
+  function place_of(row) {
+    const round = (value) => show(Math.abs(value) < 1e-9 * score.size ? 0 : value);
+    const at = "at [" + row.slice(0, 3).map(round).join(", ") + "]";
+    const [w, x, y, z] = row.slice(3), [a, b, c, d] = score.poses[0].slice(3);
+    const turn = [ // by the conjugate of the first
+      w * a + x * b + y * c + z * d, x * a - w * b + z * c - y * d,
+      y * a - w * c + x * d - z * b, z * a - w * d + y * b - x * c,
+    ];
+    const size = Math.hypot(...turn.slice(1)), sign = turn[0] < 0 ? -1 : 1;
+    const angle = 2 * Math.atan2(size, Math.abs(turn[0])) * 180 / Math.PI;
+    if (angle < 0.005) return at;
+    const axis = turn.slice(1).map((value) => sign * value / size);
+    const k = axis.findIndex((value) => Math.abs(value) > 0.99999);
+    const about = k < 0 ? "[" + axis.map((value) => value.toFixed(3)).join(", ") + "]"
+      : (axis[k] < 0 ? "-" : "+") + "xyz"[k];
+    return at + ", turned " + angle.toFixed(1) + " deg about " + about;
+  }
+
   function read_out(segment, u) {
     const share = score.duration > 0 ? time / score.duration : 0;
     by("slider").value = share;
@@ -132,13 +171,23 @@
     const step = score.steps[segment.step];
     const end = score.steps[segment.step + 1] ? score.steps[segment.step + 1].t : score.duration;
     const done = end > step.t ? (time - step.t) / (end - step.t) : 0;
-    by("coordinates").textContent = score.names
-      .map((name, k) => name + " = " + show(step.from[k] + (step.to[k] - step.from[k]) * done))
-      .join(", ");
+    by("coordinates").textContent = score.names.length
+      ? score.names
+        .map((name, k) => name + " = " + show(step.from[k] + (step.to[k] - step.from[k]) * done))
+        .join(", ")
+      : place_of(along(score.poses, segment.pose, segment.poses, u));
+    const link = score.chain.findIndex((one) => one.first <= segment.step && segment.step <= one.last);
+    links.forEach((item, k) => {
+      if ((k === link) === item.hasAttribute("aria-current")) return;
+      item.toggleAttribute("aria-current", k === link);
+      const list = by("links");
+      if (k === link) list.scrollTop = item.offsetTop - list.offsetTop - list.clientHeight / 2;
+    });
     if (shown === segment && !(segment.lifted >= 0)) return;
     shown = segment;
-    by("step-line").textContent = "step " + (segment.step + 1) + " of " + score.steps.length + ": " +
-      (segment.lifted >= 0 ? "regrasp, finger " + segment.lifted + " moves" : "displacement");
+    by("step-line").textContent = "step " + (segment.step + 1) + " of " + score.steps.length + ", " +
+      (segment.lifted >= 0 ? "regrasp, finger " + segment.lifted + " moves"
+        : "displacement" + (link < 0 ? "" : ": " + score.chain[link].words));
     by("slider").setAttribute("aria-valuetext", by("step-line").textContent);
     for (let i = 0; i < score.fingers; i++) {
       const row = by("finger" + i);
@@ -158,6 +207,22 @@
     by("gauge").setAttribute("aria-valuenow", segment.z);
     by("costs").textContent = "cost of this step " + show(step.cost) + ", up to its end " +
       show(step.spent);
+  }
+
+  // When it is, as the program takes it: coordinates and the way they go, or a pose.
+  function instant() {
+    const segment = segments.length ? segment_at(time) : null;
+    if (!segment) return { pose: score.poses[0] };
+    const u = (time - segment.start) / (segment.end - segment.start || 1);
+    const step = score.steps[segment.step], next = score.steps[segment.step + 1];
+    const end = next ? next.t : score.duration;
+    const done = Math.min(1, end > step.t ? (time - step.t) / (end - step.t) : 0);
+    const way = step.to.map((value, k) => value - step.from[k]);
+    if (!score.names.length) return { pose: along(score.poses, segment.pose, segment.poses, u) };
+    return {
+      q: way.map((value, k) => step.from[k] + value * done),
+      direction: way.some((value) => value !== 0) ? way : null,
+    };
   }
 
   function seek(t) {
@@ -236,11 +301,34 @@
     by("trouble").textContent = "The scene cannot be drawn (" + error.message +
       "); it needs WebGL. Numbers and plots work without it.";
   }
-  by("z-min").textContent = "z_min " + show(score.zMin);
-  by("gauge-mark").style.left = 100 * Math.min(1, score.zMin / score.zTop) + "%";
-  by("gauge").setAttribute("aria-valuemin", 0);
-  by("gauge").setAttribute("aria-valuemax", score.zTop);
-  by("time").hidden = segments.length === 0; // nothing to play
+
+  // Show a plan: its score, its scene's messages and, the first time, its camera's. What the page
+  // says in HTML already is the plan's. Time keeps its share of the whole.
+  function present(its_score, packed, camera) {
+    const share = score && score.duration > 0 ? time / score.duration : 0;
+    score = its_score;
+    segments = score.segments.map((r) => ({
+      start: r[0], end: r[1], step: r[2], pose: r[3], poses: r[4], modes: r[5], force: r[6],
+      z: r[7], hand: score.hands[r[8]], contacts: score.contacts[r[9]], lifted: r[10],
+      target: r[11], path: r[12] < 0 ? null : score.paths[r[12]],
+    }));
+    links = Array.from(by("links").children);
+    shown = null;
+    if (viewer) { populate(packed); obey(camera); viewer.set_3d_pane_size(); }
+    by("z-min").textContent = "z_min " + show(score.zMin);
+    by("gauge-mark").style.left = 100 * Math.min(1, score.zMin / score.zTop) + "%";
+    by("gauge").setAttribute("aria-valuemin", 0);
+    by("gauge").setAttribute("aria-valuemax", score.zTop);
+    by("chain").hidden = links.length === 0;
+    by("time").hidden = segments.length === 0; // nothing to play
+    if (!segments.length) play(false);
+    seek(share * score.duration);
+  }
+
+  by("links").addEventListener("click", (event) => {
+    const k = links.indexOf(event.target.closest("li"));
+    if (k >= 0) stop_at(score.steps[score.chain[k].first].t);
+  });
   by("play").addEventListener("click", () => play(!playing));
   by("back").addEventListener("click", () => step_by(-1));
   by("forth").addEventListener("click", () => step_by(1));
@@ -251,26 +339,31 @@
     const box = by("plots").getBoundingClientRect();
     stop_at((event.clientX - box.left) / box.width * score.duration);
   };
-  for (const band of document.querySelectorAll(".band svg")) {
-    band.addEventListener("pointerdown", (event) => {
-      band.setPointerCapture(event.pointerId);
-      scrub(event);
-    });
-    band.addEventListener("pointermove", (event) => { if (event.buttons) scrub(event); });
-  }
+  by("bands").addEventListener("pointerdown", (event) => {
+    const band = event.target.closest("svg");
+    if (!band) return;
+    band.setPointerCapture(event.pointerId);
+    scrub(event);
+  });
+  by("bands").addEventListener("pointermove", (event) => {
+    if (event.buttons && event.target.closest("svg")) scrub(event);
+  });
   document.addEventListener("keydown", (event) => {
     const at = (selector) => event.target.closest(selector) !== null;
-    if (event.ctrlKey || event.altKey || event.metaKey || at("select")) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || at("select, .own-keys")) return;
     if (event.key === " " && (event.repeat || at("button, summary"))) return; // they act on it
     const action = { " ": () => play(!playing), ArrowLeft: () => step_by(-1),
       ArrowRight: () => step_by(1), Home: () => stop_at(0),
       End: () => stop_at(score.duration) }[event.key];
     if (action) { event.preventDefault(); action(); }
   });
-  seek(0);
   window.gmOmpl = {
-    state, seek, play: () => play(true), pause: () => play(false),
+    present, project, instant, state, seek, play: () => play(true), pause: () => play(false),
     get playing() { return playing; }, get frames() { return frames; },
-    duration: score.duration, steps: score.steps.map((step) => step.t),
+    get duration() { return score.duration; },
+    get steps() { return score.steps.map((step) => step.t); },
+    set after_frame(action) { after_frame = action; },
+    obstacle: (k) => viewer && viewer.scene_tree.find(["meshcat", "world", "obstacle" + k]).object,
+    redraw: () => viewer && viewer.set_dirty(),
   };
 })();

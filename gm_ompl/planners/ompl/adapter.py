@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -11,22 +11,22 @@ import numpy as np
 from ompl import base as ob
 from ompl import geometric as og
 
+from gm_ompl.errors import InputError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl.callbacks import Guard
+from gm_ompl.planners.ompl.callbacks import GoalRegion, Guard
 from gm_ompl.planners.ompl.convert import Codec
-from gm_ompl.planners.ompl.motions import Motions
+from gm_ompl.planners.ompl.motions import HybridMotions
+from gm_ompl.planners.ompl.parts import motions_from
 from gm_ompl.planners.planner import Budget, Planner, Progress, Report, SearchResult, Status, silent
 from gm_ompl.planners.trace import Expansion, Vertex
-from gm_ompl.problem import Move
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
-from gm_ompl.sampling.stages import states_along
+from gm_ompl.sampling.motions import HybridState
 
 START_TAG, GOAL_TAG = 1, 2
 """What OMPL's planners of two trees tag vertices with."""
 
 
 @dataclass(frozen=True)
-class Explored:
+class ExploredTrees:
     """What a planner explored; with two trees, both and what joins them.
 
     Attributes:
@@ -44,10 +44,10 @@ class Explored:
     backward: frozenset[int] = frozenset()
 
 
-def tree_of(data: Any, codec: Codec) -> Explored:
+def tree_of(data: Any, codec: Codec) -> ExploredTrees:
     """Return what OMPL's ``data`` holds; its planner must not have been cleared."""
     count = data.numVertices()
-    return Explored(
+    return ExploredTrees(
         states=tuple(codec.read(data.getVertex(k).getState()) for k in range(count)),
         edges=tuple((k, int(other)) for k in range(count) for other in data.getEdges(k)),
         starts=frozenset(k for k in range(count) if data.isStartVertex(k)),
@@ -56,7 +56,7 @@ def tree_of(data: Any, codec: Codec) -> Explored:
     )
 
 
-def planner_data(si: Any, codec: Codec, motions: Motions, tree: Explored) -> Any:
+def planner_data(si: Any, codec: Codec, motions: HybridMotions, tree: ExploredTrees) -> Any:
     """Return ``tree`` as OMPL's ``PlannerData``, each edge weighted by Eqs. (9) and (10)."""
     data = ob.PlannerData(si)
     kept = []  # vertices are known by their states' addresses until they are decoupled
@@ -105,13 +105,18 @@ class Grown:
         if isinstance(event, Vertex):
             self._vertices[event.number] = event
 
-    def tree(self, model: ContinuousModel, start: HybridState, moves: Sequence[Move]) -> Explored:
+    def tree(
+        self, in_goal: Callable[[HybridState], bool], start: HybridState,
+        plan: Sequence[HybridState],
+    ) -> ExploredTrees:  # fmt: skip
         """Return the trees and the plan as one graph, each state once, edges as executed.
 
+        Of free motion, whose vertices have no coordinates, it is the plan alone.
+
         Args:
-            model: tells the goal.
+            in_goal: tells the goal.
             start: the virtual start, from which the roots are reached for free.
-            moves: the plan, if any.
+            plan: the states that the plan leads through, if any.
         """
         numbers = {start: 0}
         edges: dict[tuple[int, int], None] = {}
@@ -120,7 +125,7 @@ class Grown:
             return numbers.setdefault(state, len(numbers))
 
         backward = set()
-        for vertex in self._vertices.values():
+        for vertex in (v for v in self._vertices.values() if v.q):
             here = number(_state(vertex))
             if vertex.tree == "goal":
                 backward.add(here)
@@ -129,20 +134,29 @@ class Grown:
                 edges[(here, parent) if vertex.tree == "goal" else (parent, here)] = None
             elif vertex.tree == "start":
                 edges[0, here] = None
-        for before, after in itertools.pairwise([start, *states_along(moves)]):
+        for before, after in itertools.pairwise([start, *plan]):
             edges[number(before), number(after)] = None
         edges.pop((0, 0), None)  # where the start's placements are given, it is a root itself
-        return Explored(
+        return ExploredTrees(
             states=tuple(numbers),
             edges=tuple(edges),
             starts=frozenset([0]),
-            goals=frozenset(k for state, k in numbers.items() if k and model.in_goal(state)),
+            goals=frozenset(k for state, k in numbers.items() if k and in_goal(state)),
             backward=frozenset(backward),
         )
 
 
 def _state(vertex: Vertex) -> HybridState:
     return HybridState(vertex.q, vertex.placements)
+
+
+def offer(si: Any, pdef: Any, states: Sequence[Any], name: str) -> None:
+    """Make ``states`` the only solution path of ``pdef``, found by the planner ``name``."""
+    path = og.PathGeometric(si)
+    for state in states:
+        path.append(state)  # a copy
+    pdef.clearSolutionPaths()  # OMPL would rank by length in the space, not by cost
+    pdef.addSolutionPath(path, False, 0.0, name)
 
 
 @final
@@ -198,30 +212,47 @@ class PlainPlanner(ob.Planner):
     def _search(self, stop: Any) -> str:
         limit = stop if callable(stop) else ob.timedPlannerTerminationCondition(float(stop))
         self.checkValidity()
+        self._refuse_other_ends()
         problem = self._judge.problem
         budget = Budget(stop=lambda: bool(limit()))
         self._grown = Grown()
         heard: Report = self._grown if self.planner.specs.randomised else silent
         self.result = self.planner.solve(problem, self._judge, budget, self._rng, heard)
         if self.result.status is Status.SOLVED:
-            self._offer([self._codec.start, *states_along(self.result.moves)])
+            self._offer([self._codec.start, *self._codec.along(self.result.moves)])
         return _ENDS[self.result.status]
 
     def _offer(self, states: list[HybridState]) -> None:
-        pdef = self.getProblemDefinition()
-        pdef.clearSolutionPaths()  # OMPL would rank by length in the space, not by cost
-        si = self.getSpaceInformation()
-        path, state = og.PathGeometric(si), si.allocState()
+        si, made = self.getSpaceInformation(), []
         for meaning in states:
-            self._codec.write(state, meaning)
-            path.append(state)  # a copy
-        pdef.addSolutionPath(path, False, 0.0, self.getName())
+            made.append(si.allocState())
+            self._codec.write(made[-1], meaning)
+        offer(si, self.getProblemDefinition(), made, self.getName())
 
-    def tree(self) -> Explored:
+    def _refuse_other_ends(self) -> None:
+        """Refuse start and goal states other than the scenario's.
+
+        Raises:
+            InputError: there are some.
+        """
+        pdef, start = self.getProblemDefinition(), self.getSpaceInformation().allocState()
+        self._codec.write(start, self._codec.start)
+        for what, own in (
+            ("start", pdef.getStartStateCount() == 1 and pdef.hasStartState(start, 0)),
+            ("goal", isinstance(pdef.getGoal(), GoalRegion)),
+        ):
+            if not own:
+                raise InputError(
+                    f"{self.getName()} plans for the scenario's own start and goal, not for a "
+                    f"{what} state set in OMPL: say it in the scenario (fingers.{what}), or set "
+                    "one of OMPL's planners"
+                )
+
+    def tree(self) -> ExploredTrees:
         """Return what the last search explored; of a search on the lattice, its plan.
 
         Not an override of ``getPlannerData``: called from C++, that would end the process.
         """
         moves = self.result.moves if self.result is not None else ()
-        model = ContinuousModel(self._judge.problem, self._judge)
-        return self._grown.tree(model, self._codec.start, moves)
+        in_goal = motions_from(self._judge).model.in_goal
+        return self._grown.tree(in_goal, self._codec.start, self._codec.along(moves))

@@ -13,7 +13,8 @@ from typing import Any, TypeVar, final
 from ompl import base as ob
 
 from gm_ompl.planners.ompl.convert import Codec
-from gm_ompl.planners.ompl.motions import Motions, StateDraws
+from gm_ompl.planners.ompl.draws import Draws
+from gm_ompl.planners.ompl.motions import HybridMotions
 from gm_ompl.sampling.motions import UNPLACED
 
 
@@ -94,7 +95,7 @@ def answered(
 class NodeValidity(ob.StateValidityChecker):
     """Whether a state is a valid node: bounds, and nothing penetrates (Sec. 4.2)."""
 
-    def __init__(self, si: Any, codec: Codec, motions: Motions, guard: Guard) -> None:
+    def __init__(self, si: Any, codec: Codec, motions: HybridMotions, guard: Guard) -> None:
         super().__init__(si)
         self._codec, self._motions, self._guard = codec, motions, guard
         self._space = si.getStateSpace()
@@ -102,35 +103,36 @@ class NodeValidity(ob.StateValidityChecker):
     @answered(False)
     def isValid(self, state: Any) -> bool:
         """Return whether ``state`` is valid."""
+        meaning = self._codec.meant(state)
         within = self._space.satisfiesBounds(state)
-        return bool(within and self._motions.state_valid(self._codec.read(state)))
+        return bool(within and self._motions.state_valid(meaning))
 
 
 @final
 class DirectedMotions(ob.MotionValidator):
     """Whether the motion from one state to another can be executed in that direction.
 
-    The motion is expanded into regrasps and one displacement, each judged as in Sec. 4.2; OMPL's
+    The motion is expanded into displacements and regrasps, each judged as in Sec. 4.2; OMPL's
     interpolation is never asked. What can be pushed cannot always be pulled: the answer for the
     opposite direction is another one.
     """
 
-    def __init__(self, si: Any, codec: Codec, motions: Motions, guard: Guard) -> None:
+    def __init__(self, si: Any, codec: Codec, motions: HybridMotions, guard: Guard) -> None:
         super().__init__(si)  # si is not kept: OMPL could never free the pair
         self._codec, self._motions, self._guard = codec, motions, guard
 
     @answered(False)
     def checkMotion(self, origin: Any, target: Any) -> bool:
         """Return whether the motion from ``origin`` to ``target`` is feasible."""
-        read = self._codec.read
-        return self._motions.expand(read(origin), read(target)) is not None
+        begin = self._codec.meant(origin)
+        return self._motions.check(begin, self._codec.meant(target, begin))
 
 
 @final
 class PlanCost(ob.OptimizationObjective):
     """Eq. (9) for displacements plus Eq. (10) for regrasps; not symmetric."""
 
-    def __init__(self, si: Any, codec: Codec, motions: Motions, guard: Guard) -> None:
+    def __init__(self, si: Any, codec: Codec, motions: HybridMotions, guard: Guard) -> None:
         super().__init__(si)
         self._codec, self._motions, self._guard = codec, motions, guard
 
@@ -156,7 +158,7 @@ class PlanCost(ob.OptimizationObjective):
         a, b = self._codec.read(origin), self._codec.read(target)
         if a == b:
             return 0.0
-        return math.inf if self._guard.closed() else self._motions.cost(a, b)
+        return math.inf if self._guard.closed() else self._motions.compared(a, b)
 
     def motionCostHeuristic(self, origin: Any, target: Any) -> Any:
         """Return a lower bound on the cost of every way from ``origin`` to ``target``."""
@@ -164,8 +166,8 @@ class PlanCost(ob.OptimizationObjective):
 
     @answered(0.0)
     def _bound(self, origin: Any, target: Any) -> float:
-        read = self._codec.read
-        return self._motions.model.least_cost(read(origin), read(target))
+        a, b = self._codec.said(origin), self._codec.said(target)
+        return 0.0 if a is None or b is None else self._motions.model.least_cost(a, b)
 
 
 @final
@@ -187,7 +189,7 @@ class GoalRegion(ob.GoalSampleableRegion):
         self,
         si: Any,
         codec: Codec,
-        draws: StateDraws,
+        draws: Draws,
         guard: Guard,
         count: int,
         elsewhere: float = 0.0,
@@ -199,13 +201,12 @@ class GoalRegion(ob.GoalSampleableRegion):
     @answered(math.inf, when_closed=False)
     def distanceGoal(self, state: Any) -> float:
         """Return how far ``state`` is from the goal, 0 inside; relative to the ranges."""
-        here, goal = self._codec.read(state), self._codec.problem.goal
+        here = self._codec.read(state)
         wanted = zip(here.placements, self._codec.problem.fingers.goal, strict=True)
         wrong = sum(
             have == UNPLACED or (want is not None and have != want) for have, want in wanted
         )
-        away = 0.0 if goal.contains(here.q) else max(self._draws.to_goal(here.q), 1e-9)
-        return float(wrong + away + self._draws.stuck(here))
+        return float(wrong + self._draws.to_goal(here.q) + self._draws.stuck(here))
 
     @answered(None, when_closed=False)
     def sampleGoal(self, state: Any) -> None:
@@ -227,7 +228,7 @@ class GoalRegion(ob.GoalSampleableRegion):
 
 @final
 class ObjectProjection(ob.ProjectionEvaluator):
-    """From a state to the object's coordinates, each over its range: what KPIECE1 covers.
+    """From a state to where the object is: what KPIECE1 covers.
 
     The size of cells is left to OMPL, which takes a twentieth of what it sees.
     """
@@ -235,14 +236,12 @@ class ObjectProjection(ob.ProjectionEvaluator):
     def __init__(self, space: Any, codec: Codec, guard: Guard) -> None:
         super().__init__(space)  # not kept: the space owns the projection
         self._codec, self._guard = codec, guard
-        self._extents = codec.problem.motion.extents
 
     def getDimension(self) -> int:
-        """Return the number of coordinates."""
-        return len(self._extents)
+        """Return how many numbers there are."""
+        return self._codec.projects
 
     @answered(None, when_closed=False)
     def project(self, state: Any, projection: Any) -> None:
         """Write the projection of ``state`` into the array ``projection``."""
-        q = self._codec.read(state).q
-        projection[:] = [value / extent for value, extent in zip(q, self._extents, strict=True)]
+        projection[:] = self._codec.projected(state)

@@ -1,21 +1,26 @@
-"""Motions between hybrid states, remembered, and random states for them to lead to."""
+"""Motions between hybrid states, remembered: one expansion for validity, cost and plan."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from itertools import pairwise
 from typing import TypeAlias, final
 
-import numpy as np
-
-from gm_ompl.caches import kept
-from gm_ompl.holds.goals import restricted
-from gm_ompl.holds.sets import ordered_sets
+from gm_ompl.caches import Memo, kept
+from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates, between
-from gm_ompl.problem import Move, Placements, Problem
+from gm_ompl.problem import Displacement, Placements, Problem
 from gm_ompl.sampling.lines import coarse_to_fine, same, strides_needed, unwrapped
-from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
+from gm_ompl.sampling.motions import (
+    UNPLACED,
+    ContinuousModel,
+    HybridModel,
+    HybridState,
+    PointsOfWay,
+)
+from gm_ompl.sampling.passages import Moves, Passage, regrasping
 
 MOTION_BYTES = 500
 """About what a motion takes; the latest asked for are kept."""
@@ -23,39 +28,47 @@ MOTION_BYTES = 500
 NEAR_NODE = 1e-6
 """A motion that ends this close to a lattice node, relative to the range, is not divided there."""
 
-Moves: TypeAlias = tuple[Move, ...]
+Displace: TypeAlias = Callable[[Coordinates, Coordinates, Placements], Moves | None]
 
 
-@final
-class Motions:
+class HybridMotions(ABC):
     """What a motion from one hybrid state to another consists of.
 
-    A motion is: fingers without a placement get their first one (free), then the regrasps at its
-    start in a deterministic order, then one straight displacement. Motions are directed.
+    A motion is a way of the object. Fingers without a placement get their first one at its start
+    (free); a finger that is elsewhere at the end is regrasped where it may be, anywhere along the
+    way. Motions are directed.
 
     Attributes:
-        model: expands motions.
-        start: the start state; only there a finger may be without placement.
+        model: judges displacements and regrasps.
+        starts: the start states; only there a finger may be without placement.
         asked: motions asked for.
         valid: motions found valid.
         proven: sets of placements that held over a displacement, in the order of discovery.
+        hurried: whether the search is after a first plan, and only that.
     """
 
-    def __init__(self, model: ContinuousModel, start: HybridState) -> None:
-        self.model, self.start = model, start
+    hurries = False
+    """Whether motions cost too much to be compared before there is a plan."""
+
+    def __init__(self, model: HybridModel, start: HybridState) -> None:
+        self.model, self.starts = model, {start}
         self.asked = self.valid = 0
         self.proven: dict[Placements, None] = {}
-        self._arc = lru_cache(kept(MOTION_BYTES))(model.displacement)
+        self.hurried: Stop = never
+        self._checked = Memo[tuple[HybridState, HybridState], bool](MOTION_BYTES)
         self._known = lru_cache(kept(MOTION_BYTES))(self._judged)
 
     def state_valid(self, state: HybridState) -> bool:
-        """Whether nothing penetrates; without all placements, whether it is the start state."""
-        if UNPLACED in state.placements and state != self.start:
+        """Whether nothing penetrates; without all placements, whether it is a start state."""
+        if UNPLACED in state.placements and state not in self.starts:
             return False
         return self.model.state_valid(state.q, state.placements)
 
     def expand(self, origin: HybridState, target: HybridState) -> Moves | None:
-        """Return the moves from ``origin`` to ``target``, or None where one is infeasible."""
+        """Return the moves from ``origin`` to ``target``, or None where one is infeasible.
+
+        Fingers never become UNPLACED again. Coordinates that wrap go the shorter way.
+        """
         return self._known(origin, target)
 
     def _judged(self, origin: HybridState, target: HybridState) -> Moves | None:
@@ -64,9 +77,21 @@ class Motions:
         moves = self._expand(origin, target)
         if moves is not None:
             self.valid += 1
-            if origin.q != target.q:
-                self.proven.setdefault(target.placements)
+            for move in moves:
+                if isinstance(move, Displacement):
+                    self.proven.setdefault(move.placements)
         return moves
+
+    def check(self, origin: HybridState, target: HybridState) -> bool:
+        """Whether the motion from ``origin`` to ``target`` is feasible."""
+        self._checked[origin, target] = valid = self.expand(origin, target) is not None
+        return valid
+
+    def compared(self, origin: HybridState, target: HybridState) -> float:
+        """Return what a motion costs, as ``cost``; in a hurry +inf where it was never checked."""
+        if self.hurries and (origin, target) not in self._checked and self.hurried():
+            return math.inf
+        return self.cost(origin, target)
 
     def cost(self, origin: HybridState, target: HybridState) -> float:
         """Return Eqs. (9) and (10) summed over the motion's moves; +inf where infeasible."""
@@ -74,38 +99,112 @@ class Motions:
         return math.inf if moves is None else math.fsum(move.cost for move in moves)
 
     def _expand(self, origin: HybridState, target: HybridState) -> Moves | None:
-        points = waypoints(self.model.problem, origin.q, target.q)
-        if UNPLACED in target.placements or len(points) < 3:
-            found = self.model.expand(origin, target)
-            return None if found is None else tuple(found)
-        if not self.model.state_valid(target.q, target.placements):
+        wanted, model = target.placements, self.model
+        if UNPLACED in wanted:
             return None
-        regrasps = self.model.expand(origin, HybridState(origin.q, target.placements))
-        if regrasps is None:
+        here = zip(origin.placements, wanted, strict=True)
+        first = tuple(b if a == UNPLACED else a for a, b in here)
+        if not (model.state_valid(target.q, wanted) and model.state_valid(origin.q, first)):
             return None
-        arcs = list(pairwise(points))
-        found_arcs: dict[int, Moves] = {}
-        for k in _cheap_first(len(arcs)):
-            arc = self._arc(*arcs[k], target.placements)
-            if arc is None:
-                return None
-            found_arcs[k] = arc
-        return (*regrasps, *(move for k in range(len(arcs)) for move in found_arcs[k]))
+        if UNPLACED in origin.placements and not model.lands(first):
+            return None
+        way = self.way(origin.q, target.q, rests=first != wanted)
+        if way is None:
+            return None
+        return held(way, wanted) if first == wanted else regrasping(way, first, wanted)
+
+    @abstractmethod
+    def way(self, start: Coordinates, end: Coordinates, *, rests: bool = True) -> Passage | None:
+        """Return the way of the object from ``start`` to ``end``, or None where there is none.
+
+        Args:
+            start: where it begins.
+            end: where it ends.
+            rests: whether it must be divided for regrasps.
+        """
 
 
-def waypoints(problem: Problem, start: Coordinates, end: Coordinates) -> list[Coordinates]:
+@final
+class MacroMotions(HybridMotions):
+    """Motions along a path or in the plane: the object goes straight.
+
+    Args:
+        model: judges displacements and regrasps.
+        start: the start state.
+
+    Attributes:
+        straight: the model.
+    """
+
+    def __init__(self, model: ContinuousModel, start: HybridState) -> None:
+        super().__init__(model, start)
+        self.straight = model
+        self._arc: Displace = lru_cache(kept(MOTION_BYTES))(model.displacement)
+
+    def way(self, start: Coordinates, end: Coordinates, *, rests: bool = True) -> StraightMove:
+        """Return the straight way of the object from ``start`` to ``end``, the shorter way round.
+
+        Args:
+            start: coordinates.
+            end: likewise.
+            rests: whether it must be divided for regrasps.
+        """
+        problem = self.model.problem
+        end = unwrapped(problem, end, start)
+        stays = same(problem, start, end)
+        points = [start] if stays else waypoints(problem, start, end, rests=rests)
+        return StraightMove(self.straight, self._arc, points)
+
+
+@final
+class StraightMove(PointsOfWay):
+    """A straight way of the object, divided at points: a passage.
+
+    Args:
+        model: judges regrasps.
+        displace: judges an arc.
+        points: where arcs begin and end.
+    """
+
+    def __init__(
+        self, model: ContinuousModel, displace: Displace, points: Sequence[Coordinates]
+    ) -> None:
+        super().__init__(model, points)
+        self._displace = displace
+
+    def carried(self, arc: int, placements: Placements) -> Moves | None:
+        """Return the moves along an arc, or None where they fail."""
+        return self._displace(self._points[arc], self._points[arc + 1], placements)
+
+
+def held(passage: Passage, placements: Placements) -> Moves | None:
+    """Return the moves along a whole passage without a regrasp, or None where they fail."""
+    found: dict[int, Moves] = {}
+    for k in _cheap_first(passage.arcs):
+        arc = passage.carried(k, placements)
+        if arc is None:
+            return None
+        found[k] = arc
+    return tuple(move for k in range(passage.arcs) for move in found[k])
+
+
+def waypoints(
+    problem: Problem, start: Coordinates, end: Coordinates, *, rests: bool = False
+) -> list[Coordinates]:
     """Return the ends of the arcs that the straight motion from ``start`` to ``end`` consists of.
 
     With one degree of freedom it is divided at the lattice's nodes: what is known of an arc then
-    serves every motion that passes through it. Otherwise it is one arc.
+    serves every motion that passes through it. Otherwise it is one arc, unless it ``rests``: then
+    it is divided into strides of at most a lattice step.
     """
-    if len(start) != 1 or problem.lattice.periods[0] is not None:
-        return [start, end]
-    u, v = start[0], end[0]
-    margin = NEAR_NODE * problem.motion.extents[0]
-    axis = problem.lattice.axes[0].tolist()
-    between = [(node,) for node in axis if min(u, v) + margin < node < max(u, v) - margin]
-    return [start, *(between if u < v else reversed(between)), end]
+    if len(start) == 1 and problem.lattice.periods[0] is None:
+        u, v = start[0], end[0]
+        margin = NEAR_NODE * problem.motion.extents[0]
+        axis = problem.lattice.axes[0].tolist()
+        nodes = [(node,) for node in axis if min(u, v) + margin < node < max(u, v) - margin]
+        return [start, *(nodes if u < v else reversed(nodes)), end]
+    strides = strides_needed(problem, start, end) if rests else 1
+    return [between(start, end, k / strides) for k in range(strides + 1)]
 
 
 def _cheap_first(arcs: int) -> list[int]:
@@ -113,140 +212,6 @@ def _cheap_first(arcs: int) -> list[int]:
 
     Those from node to node come first: their geometry is known from other motions.
     """
+    if arcs < 2:
+        return list(range(arcs))
     return [*(k + 1 for k in coarse_to_fine(arcs - 2)), arcs - 1, 0]
-
-
-QUICK_TRIES = 20
-"""Hands drawn finger by finger before all hands are gone through in random order."""
-
-PROVEN_SHARE = 0.5
-"""How often a state is drawn with placements that have held over a displacement."""
-
-RECENT = 50
-"""Of those, only the latest are drawn: they belong to what the search extends now."""
-
-PLACES = 20
-"""Goal states drawn in search of one that can be reached from just before; else any will do."""
-
-Anything = tuple[int | None, ...]
-
-
-@final
-class StateDraws:
-    """Draws states of one problem.
-
-    Attributes:
-        rng: the only source of randomness.
-    """
-
-    def __init__(self, motions: Motions, rng: np.random.Generator) -> None:
-        self._motions, self.rng = motions, rng
-        self._model = motions.model
-        self._problem = motions.model.problem
-        self._any: Anything = (None,) * self._problem.fingers.count
-
-    def hand(self, q: Coordinates, wanted: Anything | None = None) -> Placements | None:
-        """Return valid placements at ``q``, or None where there are none.
-
-        Args:
-            q: the object's coordinates.
-            wanted: per finger, the placement it must have, or None for any.
-        """
-        judge, hand = self._model.judge, self._problem.fingers
-        node = judge.node(self._problem.motion.pose(q))
-        if not node.object_free:
-            return None
-        masks = restricted(node.free, wanted or self._any)
-        pools = [np.flatnonzero(mask) for mask in masks]
-        if not all(len(pool) for pool in pools):
-            return None
-        for _ in range(QUICK_TRIES):
-            drawn = tuple(int(self.rng.choice(pool)) for pool in pools)
-            if judge.apart(drawn):
-                return drawn
-        keys = [self.rng.random(len(hand.placements))] * hand.count
-        found = next(ordered_sets(hand.groups(), masks, keys, judge.clear), None)
-        return None if found is None else found[1]
-
-    def start_and_goal_possible(self) -> bool:
-        """Whether start and goal may have valid placements; False is a proof that one has none.
-
-        Of a goal region, one place without any proves nothing.
-        """
-        problem = self._problem
-        if self.hand(problem.start, problem.fingers.start) is None:
-            return False
-        low, high = problem.goal.low, problem.goal.high
-        if low != high or None in low:
-            return True
-        return self.hand(self._place(low, high), problem.fingers.goal) is not None
-
-    def goal(self) -> HybridState | None:
-        """Return a valid goal state, or None where none was found.
-
-        Most sets of placements that fit the goal cannot hold the object on the way into it: one
-        that holds over the last lattice step, seen from the start, is preferred.
-        """
-        valid = None
-        for _ in range(PLACES):
-            q = self._place(self._problem.goal.low, self._problem.goal.high)
-            placements = self.hand(q, self._problem.fingers.goal)
-            if placements is None:
-                continue
-            drawn = HybridState(q, placements)
-            if not self._model.leaves(drawn):
-                continue
-            valid = drawn
-            if self._entered(valid):
-                break
-        return valid
-
-    def _entered(self, state: HybridState) -> bool:
-        """Whether the object can be moved the last step of the straight way to ``state``."""
-        start = self._problem.start
-        q = unwrapped(self._problem, state.q, start)
-        steps = strides_needed(self._problem, start, q)
-        if same(self._problem, start, q):
-            return True
-        before = between(q, start, 1.0 / steps)
-        return self._model.displacement(before, q, state.placements) is not None
-
-    def anywhere(self) -> HybridState | None:
-        """Return a valid state; its placements may be some that held elsewhere."""
-        motion = self._problem.motion
-        q = self._place(motion.low, motion.high)
-        proven = self._motions.proven
-        if proven and self.rng.random() < PROVEN_SHARE:
-            recent = list(proven)[-RECENT:]
-            placements = recent[int(self.rng.integers(len(recent)))]
-            if self._model.state_valid(q, placements):
-                return HybridState(q, placements)
-        drawn = self.hand(q)
-        return None if drawn is None else HybridState(q, drawn)
-
-    def stuck(self, state: HybridState) -> bool:
-        """Whether the fingers cannot leave a goal state, though they must."""
-        placed = UNPLACED not in state.placements
-        return placed and self._problem.goal.contains(state.q) and not self._model.leaves(state)
-
-    def to_goal(self, q: Coordinates) -> float:
-        """Return how far ``q`` is from the goal: the most over the coordinates' ranges."""
-        goal, worst = self._problem.goal, 0.0
-        for value, low, high, period, extent in zip(
-            q, goal.low, goal.high, goal.periods, self._problem.motion.extents, strict=True
-        ):
-            if low is None or high is None:
-                continue
-            middle, half = (low + high) / 2.0, (high - low) / 2.0
-            away = abs(value - middle if period is None else math.remainder(value - middle, period))
-            worst = max(worst, (away - half) / extent)
-        return worst
-
-    def _place(self, low: tuple[float | None, ...], high: tuple[float | None, ...]) -> Coordinates:
-        motion = self._problem.motion
-        place = []
-        for d, (least, most) in enumerate(zip(low, high, strict=True)):
-            a = motion.low[d] if least is None else least
-            b = motion.high[d] if most is None else most
-            place.append(a if a == b else float(self.rng.uniform(a, b)))
-        return tuple(place)

@@ -20,7 +20,7 @@ from gm_ompl.planners.ompl.run import judged_anew
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
-from gm_ompl.planners.registry import make_planner, suited
+from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
@@ -50,12 +50,11 @@ def setup(
     seed = whole("seed", seed, 0)
     searcher = make_planner(planner or "RRTConnect", parameters)
     given = scenario if isinstance(scenario, Scenario) else load(scenario)
-    suited(searcher, given.problem)
     prepare(given.problem)
     judge = Judge(given.problem, make_backend(given.problem))
     made = HybridSetup(judge, np.random.default_rng(seed))
     made.scenario, made.seed = given.resolved(), seed
-    made.use(searcher)
+    made.use(searcher, made.draws.goals if planner is None else None)
     return made
 
 

@@ -16,15 +16,17 @@ from gm_ompl.errors import LimitError, PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.growth import Vertices
-from gm_ompl.planners.ompl.adapter import Explored
-from gm_ompl.planners.ompl.motions import Motions
+from gm_ompl.planners.ompl.adapter import ExploredTrees
+from gm_ompl.planners.ompl.ends import why_no_start
+from gm_ompl.planners.ompl.motions import HybridMotions
+from gm_ompl.planners.ompl.parts import motions_from
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.outcome import Log, result_of
 from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status
 from gm_ompl.planners.trace import Trace, Vertex, tracer
-from gm_ompl.problem import Displacement, Move, Problem
-from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
-from gm_ompl.sampling.stages import states_along
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
+from gm_ompl.sampling.motions import UNPLACED, HybridState
+from gm_ompl.sampling.stages import after
 
 
 @contextmanager
@@ -84,6 +86,8 @@ def _search(
     watch.planner = setup.getPlanner()
     with suppress(LimitError):  # in the middle of an answer: what was found before stands
         setup.run(watch, watch.log.meter.spent)
+        if setup.shortcuts:
+            setup.shorten(watch.log.meter.spent)
     states = setup.solution()
     with limits.lifted():
         return None if states is None else judged_anew(setup.judge.problem, states)
@@ -120,12 +124,16 @@ def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, 
     Raises:
         PathError: the path does not lead from start to goal, or a motion on it is infeasible.
     """
-    model = ContinuousModel(problem, Judge(problem, make_backend(problem)))
-    motions = Motions(model, model.start_state())
+    motions = motions_from(Judge(problem, make_backend(problem)))
+    model = motions.model
     if not states or not model.in_goal(states[-1]):
         raise PathError("the path does not end in the goal")
+    wrong = why_no_start(model, states[0])
+    if wrong is not None:
+        raise PathError(f"the path does not begin at a start: {wrong}")
     moves: list[Move] = []
-    here = model.start_state()
+    here = HybridState(model.start, states[0].placements)
+    motions.starts.add(here)
     for number, state in enumerate(states):
         found = motions.expand(here, state) if number else ()
         if found is None:
@@ -136,7 +144,7 @@ def judged_anew(problem: Problem, states: Sequence[HybridState]) -> tuple[Move, 
         if number:
             # The moves' own ends count: unwrapped, and free of OMPL's rounding.
             ends = [move.end for move in found if isinstance(move, Displacement)]
-            here = HybridState(ends[-1] if ends else here.q, state.placements)
+            here = HybridState((ends[-1] if ends else here.q) or state.q, state.placements)
         moves.extend(found)
     return tuple(moves)
 
@@ -145,7 +153,7 @@ def _shown(state: HybridState) -> str:
     return f"(q = {list(state.q)}, placements {list(state.placements)})"
 
 
-def tell(tree: Explored, motions: Motions, trace: Trace) -> None:
+def tell(tree: ExploredTrees, motions: HybridMotions, trace: Trace) -> None:
     """Tell ``trace`` of what one of OMPL's planners explored.
 
     A motion is told as what it consists of: a vertex after each regrasp, one at its end.
@@ -165,7 +173,7 @@ def tell(tree: Explored, motions: Motions, trace: Trace) -> None:
                 parent = vertices.reached(root, state, parent)
 
 
-def _outward(tree: Explored, root: str) -> Iterator[tuple[int, int]]:
+def _outward(tree: ExploredTrees, root: str) -> Iterator[tuple[int, int]]:
     """Yield (known, new vertex) from the roots of one of the trees to its leaves; roots first."""
     backward = root == "goal"
     onward = defaultdict[int, list[int]](list)
@@ -187,16 +195,14 @@ def _outward(tree: Explored, root: str) -> Iterator[tuple[int, int]]:
                 yield tail, head
 
 
-def _way(origin: HybridState, target: HybridState, motions: Motions) -> list[HybridState]:
+def _way(origin: HybridState, target: HybridState, motions: HybridMotions) -> list[HybridState]:
     """Return the states between which the motion changes one thing at a time."""
-    placed = HybridState(
-        origin.q,
-        tuple(
-            b if a == UNPLACED else a
-            for a, b in zip(origin.placements, target.placements, strict=True)
-        ),
-    )
-    moves = motions.expand(origin, target) or ()
-    regrasped = [state for state in states_along(moves) if state.q == origin.q]
-    way = [placed, *regrasped, HybridState(origin.q, target.placements), target]
-    return [state for k, state in enumerate(way) if k == 0 or state != way[k - 1]]
+    here = zip(origin.placements, target.placements, strict=True)
+    way = [HybridState(origin.q, tuple(b if a == UNPLACED else a for a, b in here))]
+    for move in motions.expand(origin, target) or ():
+        if isinstance(move, Regrasp):
+            at = motions.model.where(move)
+            way += [HybridState(at, move.placements), HybridState(at, after(move))]
+    if way[-1].placements == target.placements and motions.model.same(way[-1].q, target.q):
+        way.pop()
+    return [state for k, state in enumerate([*way, target]) if k == 0 or state != way[k - 1]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
@@ -12,8 +12,10 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from gm_ompl import clock
+from gm_ompl.arguments import positive
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.planners.ompl.adapter import Explored, PlainPlanner, planner_data, tree_of
+from gm_ompl.holds.watch import Stop, never
+from gm_ompl.planners.ompl.adapter import ExploredTrees, PlainPlanner, offer, planner_data, tree_of
 from gm_ompl.planners.ompl.callbacks import (
     DirectedMotions,
     GoalRegion,
@@ -22,14 +24,13 @@ from gm_ompl.planners.ompl.callbacks import (
     ObjectProjection,
     PlanCost,
 )
-from gm_ompl.planners.ompl.convert import Codec, make_space
-from gm_ompl.planners.ompl.motions import Motions, StateDraws
+from gm_ompl.planners.ompl.convert import longest_motion
+from gm_ompl.planners.ompl.ends import EXACTLY, given_goal, given_start
+from gm_ompl.planners.ompl.parts import parts_of
+from gm_ompl.planners.ompl.shortcuts import shortcut
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, refuse_unsound
 from gm_ompl.planners.planner import Planner, SearchResult, Status
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
-
-GOAL_STATES = 100
-"""Goal states that planners may draw; BITstar and FMT take all of them before they begin."""
+from gm_ompl.sampling.motions import HybridState
 
 ENDLESS = 2**31 - 1
 """The largest number of goal samples that OMPL can be told of."""
@@ -61,40 +62,93 @@ class HybridSetup(og.SimpleSetup):
         guard: keeps exceptions from callbacks.
         scenario: the scenario as resolved, or None; for ``plan_from``.
         seed: what the setup was seeded with, or None.
+        shortcuts: whether ``solve`` takes the short cuts of the path that OMPL's planner found.
         spent: wall time of all runs [s].
     """
 
     def __init__(self, judge: Judge, rng: np.random.Generator) -> None:
         seed_ompl(rng)
-        codec, guard = Codec(judge.problem), Guard()
-        space = make_space(judge.problem)
+        made, guard = parts_of(judge, rng), Guard()
+        space, codec = made.space, made.codec
         super().__init__(space)
         self.judge, self.codec, self.guard = judge, codec, guard
-        self.motions = Motions(ContinuousModel(judge.problem, judge), codec.start)
-        self.draws = StateDraws(self.motions, rng)
+        self.motions, self.draws = made.motions, made.draws
         self.scenario: dict[str, Any] | None = None
         self.seed: int | None = None
-        self.spent = 0.0
+        self.shortcuts, self.spent = True, 0.0
         self._used, self._parameters = "", dict[str, Any]()
         si = self.getSpaceInformation()
         self.setStateValidityChecker(NodeValidity(si, codec, self.motions, guard))
         si.setMotionValidator(DirectedMotions(si, codec, self.motions, guard))
         self.setOptimizationObjective(PlanCost(si, codec, self.motions, guard))
         space.registerDefaultProjection(ObjectProjection(space, codec, guard))
-        start = si.allocState()
-        codec.write(start, codec.start)
-        self.setStartState(start)
+        super().addStartState(self.state(codec.start))
         self.offer_goals()
 
-    def offer_goals(self, count: int = GOAL_STATES, elsewhere: float = 0.0) -> None:
-        """Set the goal region; see ``GoalRegion`` for the arguments."""
-        si = self.getSpaceInformation()
-        self.setGoal(GoalRegion(si, self.codec, self.draws, self.guard, count, elsewhere))
+    def state(self, meaning: HybridState) -> Any:
+        """Return a new state of OMPL's that means ``meaning``."""
+        made = self.getSpaceInformation().allocState()
+        self.codec.write(made, meaning)
+        return made
 
-    def use(self, planner: Planner) -> None:
-        """Set one of gm_ompl's planners: OMPL's own by their names, others through an adapter."""
+    def clearStartStates(self) -> None:
+        """Forget all start states, the scenario's own included."""
+        super().clearStartStates()
+        self.motions.starts.clear()
+
+    def addStartState(self, state: Any) -> None:
+        """Add a start state: the object as the scenario starts, fingers placed or not yet.
+
+        Raises:
+            InputError: no plan of the scenario can begin there.
+        """
+        self._add_start(given_start(self.codec, self.motions.model, state, "addStartState"))
+
+    def setStartState(self, state: Any) -> None:
+        """Set the only start state, see ``addStartState``."""
+        start = given_start(self.codec, self.motions.model, state, "setStartState")
+        self.clearStartStates()
+        self._add_start(start)
+
+    def _add_start(self, start: HybridState) -> None:
+        self.motions.starts.add(start)
+        super().addStartState(self.state(start))
+
+    def setGoalState(self, state: Any, threshold: float = EXACTLY) -> None:
+        """Set the only goal state: the object in the scenario's goal, all fingers placed.
+
+        Args:
+            state: the goal state.
+            threshold: how far from it, in the space's distance, OMPL's planners may end.
+
+        Raises:
+            InputError: no plan of the scenario can end there.
+        """
+        goal = given_goal(self.codec, self.motions.model, state, "setGoalState")
+        super().setGoalState(self.state(goal), threshold)
+
+    def setStartAndGoalStates(self, start: Any, goal: Any, threshold: float = EXACTLY) -> None:
+        """Set the only start state and the only goal state."""
+        self.setStartState(start)
+        self.setGoalState(goal, threshold)
+
+    def offer_goals(self, count: int | None = None, elsewhere: float = 0.0) -> None:
+        """Set the goal region; see ``GoalRegion`` for the arguments.
+
+        BITstar and FMT take all of the goal states before they begin.
+        """
+        si, most = self.getSpaceInformation(), self.draws.goals if count is None else count
+        self.setGoal(GoalRegion(si, self.codec, self.draws, self.guard, most, elsewhere))
+
+    def use(self, planner: Planner, goals: int | None = None) -> None:
+        """Set one of gm_ompl's planners: OMPL's own by their names, others through an adapter.
+
+        Args:
+            planner: the planner, with its settings.
+            goals: goal states to offer; None: as the planner is set.
+        """
         if planner.name in OMPL_PLANNERS:
-            made = self._configured(planner.name, planner.settings)
+            made = self._configured(planner.name, planner.settings, goals)
         else:
             made = PlainPlanner(
                 self.getSpaceInformation(),
@@ -103,14 +157,15 @@ class HybridSetup(og.SimpleSetup):
         self._used, self._parameters = made.getName(), planner.settings
         self.setPlanner(made)
 
-    def _configured(self, name: str, settings: Mapping[str, Any]) -> Any:
+    def _configured(self, name: str, settings: Mapping[str, Any], goals: int | None) -> Any:
         """Return OMPL's planner ``name`` as set; changes the goal to suit it."""
         planner = getattr(og, name)(self.getSpaceInformation())
         if "range_share" in settings:
-            planner.setRange(settings["range_share"] * self.getStateSpace().getMaximumExtent())
+            planner.setRange(settings["range_share"] * longest_motion(self.getStateSpace()))
         if "samples" in settings:
             many = planner.setNumSamples if name == "FMT" else planner.setSamplesPerBatch
             many(settings["samples"])
+        self.shortcuts = settings["shortcuts"]
         if settings.get("first_plan"):
             self.stop_at_first_plan()
         if "guided_share" in settings:
@@ -120,28 +175,57 @@ class HybridSetup(og.SimpleSetup):
             planner.setGoalBias(share)
             self.offer_goals(ENDLESS, 0.0 if share == 0.0 else 1.0 - goal_bias / share)
         else:
-            self.offer_goals(settings["goal_states"])
+            self.offer_goals(goals or settings["goal_states"])
         return planner
 
     def stop_at_first_plan(self) -> None:
         """Let planners that improve their plan end with the first one."""
         self.getOptimizationObjective().setCostThreshold(ob.Cost(math.inf))
 
-    def solve(self, limit: Any = 1.0) -> Any:
-        """Run the planner; an exception in a callback ends the run and is raised here.
+    def solve(self, time: Any = 1.0, *, ptc: Stop | None = None) -> Any:
+        """Run the planner, then take the short cuts of its path if ``shortcuts``.
+
+        An exception in a callback ends the run and is raised here.
 
         Args:
-            limit: seconds, or OMPL's termination condition.
+            time: seconds, or OMPL's termination condition.
+            ptc: OMPL's termination condition, by its name in OMPL.
 
         Raises:
+            InputError: the time is no positive number.
             UnsoundPlannerError: the planner ignores that motions are one-way.
         """
-        if callable(limit):
-            return self.run(limit)
-        ends = clock.now() + float(limit)
-        return self.run(lambda: clock.now() >= ends, lambda: clock.now() >= ends)
+        condition = time if ptc is None else ptc
+        over = condition if callable(condition) else _after(positive("time", time, "seconds"))
+        status = self.run(over, None if callable(condition) else over)
+        if self.shortcuts:
+            self.shorten(over)
+        return status
 
-    def run(self, stop: Callable[[], bool], give_up: Callable[[], bool] | None = None) -> Any:
+    def simplifySolution(self, limit: Any = 0.0) -> None:
+        """Take the short cuts of the path that was found: never dearer, the same states.
+
+        Args:
+            limit: seconds, 0 for as long as it takes, or OMPL's termination condition.
+        """
+        if callable(limit):
+            self.shorten(limit)
+        else:
+            self.shorten(_after(positive("duration", limit, "seconds")) if limit else never)
+
+    def shorten(self, stop: Stop) -> None:
+        """Replace the path that was found by the cheapest through its states; ``stop`` ends it.
+
+        Paths of gm_ompl's own planners stay: those planners judge and refine them.
+        """
+        states = self.solution()
+        if states is None or isinstance(self.getPlanner(), PlainPlanner):
+            return
+        found = [self.state(state) for state in shortcut(self.motions, states, stop)]
+        pdef, name = self.getProblemDefinition(), self.getSolutionPlannerName()
+        offer(self.getSpaceInformation(), pdef, found, name)
+
+    def run(self, stop: Stop, give_up: Stop | None = None) -> Any:
         """Run the planner until ``stop``; callbacks cut their work short where ``give_up``.
 
         Raises:
@@ -149,6 +233,7 @@ class HybridSetup(og.SimpleSetup):
         """
         refuse_unsound(self.getPlanner())
         self.guard.watch(give_up)
+        self.motions.hurried = _without_plan(self.getPlanner())
         started = clock.now()
         finished = self.guard.finished
         status = super().solve(ob.PlannerTerminationCondition(lambda: finished(stop)))
@@ -166,14 +251,18 @@ class HybridSetup(og.SimpleSetup):
         """Return the parameters of the planner where it was set by ``use`` and still is."""
         return self._parameters if self.getPlanner().getName() == self._used else {}
 
+    def getSolutionPath(self) -> Any:
+        """Return a copy of the solution path: OMPL's own ends with the next ``clear``."""
+        return og.PathGeometric(super().getSolutionPath())
+
     def solution(self) -> list[HybridState] | None:
         """Return the states of the exact solution path, or None without one."""
         if not self.getProblemDefinition().hasExactSolution():
             return None
-        path = og.PathGeometric(self.getSolutionPath())
+        path = self.getSolutionPath()
         return [self.codec.read(path.getState(k)) for k in range(path.getStateCount())]
 
-    def explored(self) -> Explored:
+    def explored(self) -> ExploredTrees:
         """Return what the planner explored, in gm_ompl's own terms."""
         planner = self.getPlanner()
         if isinstance(planner, PlainPlanner):
@@ -191,3 +280,16 @@ class HybridSetup(og.SimpleSetup):
         """
         tree = self.explored()
         return planner_data(self.getSpaceInformation(), self.codec, self.motions, tree)
+
+
+def _after(seconds: float) -> Stop:
+    """Return what says whether so many seconds have passed from now."""
+    ends = clock.now() + seconds
+    return lambda: clock.now() >= ends
+
+
+def _without_plan(planner: Any) -> Stop:
+    """Return what says whether a planner that rewires its tree has no plan yet."""
+    if not isinstance(planner, og.RRTstar):
+        return never
+    return lambda: not math.isfinite(planner.bestCost().value())

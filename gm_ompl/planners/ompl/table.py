@@ -37,6 +37,9 @@ GOAL_STATES = Parameter(
 SAMPLES = Parameter(
     "samples", int, 100, "States drawn at a time.", low=1, high=1_000_000, logarithmic=True
 )
+SHORTCUTS = Parameter(
+    "shortcuts", bool, True, "Replace the path found by the cheapest one through its own states."
+)
 # BITstar and FMT compare every state with every goal state and with all its neighbours.
 FEW_GOAL_STATES = replace(GOAL_STATES, default=10)
 
@@ -56,12 +59,13 @@ class Offer:
     anytime: bool = False
 
 
-_STAR: Final = (RANGE, GOAL_BIAS, GUIDED, FIRST_PLAN)
+_STAR: Final = (RANGE, GOAL_BIAS, GUIDED, FIRST_PLAN, SHORTCUTS)
 
 OMPL_PLANNERS: Final[dict[str, Offer]] = {
-    "RRT": Offer("A tree from the start.", (RANGE, GOAL_BIAS, GUIDED)),
+    "RRT": Offer("A tree from the start.", (RANGE, GOAL_BIAS, GUIDED, SHORTCUTS)),
     "RRTConnect": Offer(
-        "Two trees; the goal's is judged in the direction of execution.", (RANGE, GOAL_STATES)
+        "Two trees; the goal's is judged in the direction of execution.",
+        (RANGE, GOAL_STATES, SHORTCUTS),
     ),
     "RRTstar": Offer("A tree from the start that is rewired towards the optimum.", _STAR, True),
     "InformedRRTstar": Offer(
@@ -69,13 +73,15 @@ OMPL_PLANNERS: Final[dict[str, Offer]] = {
     ),
     "SORRTstar": Offer("InformedRRTstar that draws in order of promise.", _STAR, True),
     "BITstar": Offer(
-        "A heuristic search over batches of states.", (SAMPLES, FEW_GOAL_STATES, FIRST_PLAN), True
+        "A heuristic search over batches of states.",
+        (SAMPLES, FEW_GOAL_STATES, FIRST_PLAN, SHORTCUTS),
+        True,
     ),
-    "FMT": Offer("One pass over a given number of states.", (SAMPLES, FEW_GOAL_STATES)),
+    "FMT": Offer("One pass over a given number of states.", (SAMPLES, FEW_GOAL_STATES, SHORTCUTS)),
     # OMPL draws near known states, where the placements hardly ever change: hence the guide.
     "KPIECE1": Offer(
         "A tree that spreads over the object's coordinates.",
-        (RANGE, GOAL_BIAS, replace(GUIDED, default=0.8)),
+        (RANGE, GOAL_BIAS, replace(GUIDED, default=0.8), SHORTCUTS),
     ),
 }
 
