@@ -20,7 +20,7 @@ from gm_ompl.scenario.load import load
 Solve = Callable[..., SearchResult]
 EXACT = ("astar", "dijkstra")
 
-QUICK = (0, 1, 4, 7, 10, 14, 15, 19, 22, 25, 33, 36, 41, 44, 68, 70, 72, 74, 81, 83, 88)
+QUICK = (0, 1, 4, 7, 10, 14, 15, 19, 22, 25, 33, 36, 41, 44, 68, 70, 72, 73, 74, 81, 83, 88)
 """Seeds of ``random/small`` that need few mode decisions; ``verify`` has the others."""
 
 
