@@ -164,7 +164,8 @@ def _supports(ask: Question, i: int, y: Array, sigma: Array) -> None:
             x[u] += ask.U[t, u] * y[t]
     sigma[:] = -np.inf
     for phi in range(len(ask.faces) - 1):
-        first, end = ask.faces[phi], ask.faces[phi + 1]
+        face = slice(ask.faces[phi], ask.faces[phi + 1])
+        on, along, across, up = sigma[face], places[0, face], places[1, face], places[2, face]
         for d in ask.sides[i, phi]:
             here = 0.0
             for t in range(6):
@@ -172,9 +173,8 @@ def _supports(ask: Question, i: int, y: Array, sigma: Array) -> None:
             a = d[1] * x[5] - d[2] * x[4]
             b = d[2] * x[3] - d[0] * x[5]
             c = d[0] * x[4] - d[1] * x[3]
-            for g in range(first, end):
-                there = here + a * places[0, g] + b * places[1, g] + c * places[2, g]
-                sigma[g] = max(sigma[g], there)
+            for g in range(len(on)):  # of slices: a loop that is vectorised
+                on[g] = max(on[g], here + a * along[g] + b * across[g] + c * up[g])
 
 
 @compiled
@@ -196,6 +196,6 @@ def keep(ask: Question, y: Array, cuts: PartnerCuts) -> None:
             held[g] = max(pressed[g], 0.0)
         for b in range(len(ask.ends) - 1):
             most = -np.inf
-            for g in ask.blocks[ask.ends[b] : ask.ends[b + 1]]:
-                most = max(most, pressed[g])
+            for j in range(ask.ends[b], ask.ends[b + 1]):
+                most = max(most, pressed[ask.blocks[j]])
             cuts.held_most[m, k, b], cuts.pressed_most[m, k, b] = max(most, 0.0), most
