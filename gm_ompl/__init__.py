@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from gm_ompl.api import check, explain, load, plan, tolerate
+    from gm_ompl.api import check, explain, load, plan, strong, tolerate
     from gm_ompl.errors import (
         GeometryError,
         GmOmplError,
@@ -61,6 +61,7 @@ _HOMES = {
     "plan": "gm_ompl.api",
     "plan_from": "gm_ompl.planners.ompl.public",
     "setup": "gm_ompl.planners.ompl.public",
+    "strong": "gm_ompl.api",
     "tolerate": "gm_ompl.api",
 }
 
@@ -92,6 +93,7 @@ __all__ = [
     "plan",
     "plan_from",
     "setup",
+    "strong",
     "tolerate",
 ]
 

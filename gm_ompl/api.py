@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from gm_ompl.checking.report import CheckReport
     from gm_ompl.diagnosis.values import Explanation
     from gm_ompl.tolerance.report import Tolerance
+    from gm_ompl.tolerance.strong import StrongReport
 
 
 def plan(
@@ -160,6 +161,21 @@ def tolerate(plan: Plan, overrides: Changes = ()) -> Tolerance:
         scenario = load(plan.scenario, overrides).resolved()
         plan = plan.model_copy(update={"scenario": scenario})
     return measured(plan, problem_of(plan))
+
+
+def strong(plan: Plan) -> StrongReport:
+    """Find how much of a plan's margins holds whatever the contacts do: z_strong beside z.
+
+    Args:
+        plan: the plan; its modes and commands are taken as they are, its world as modelled.
+
+    Raises:
+        InputError: the scenario inside the plan cannot be used, or the plan has no steps.
+    """
+    from gm_ompl.planfile.fit import problem_of
+    from gm_ompl.tolerance.strong import strong  # loads HiGHS
+
+    return strong(plan, problem_of(plan))
 
 
 def explain(

@@ -134,8 +134,8 @@ def different(places: Iterator[Site]) -> tuple[Site, ...]:
     return tuple({site.key: site for site in reversed(list(places))}.values())
 
 
-def rows(name: str, worlds: int, scales: Sequence[float]) -> Iterator[str]:
-    """Yield a row of the table per scale."""
+def rows(name: str, worlds: range, scales: Sequence[float]) -> Iterator[str]:
+    """Yield a row of the table per scale; ``worlds`` are the seeds."""
     nominal, robust = plans(name)
     yield f"| {name} | plans | {about(nominal)} | {about(robust)} |"
     scenario = Scenario.from_resolved(robust.scenario)
@@ -148,7 +148,7 @@ def rows(name: str, worlds: int, scales: Sequence[float]) -> Iterator[str]:
         made.append((setup, different(sites(plan, setup.problem))))
     for scale in scales:
         pairs = []
-        for seed in range(worlds):
+        for seed in worlds:
             world = draw(uncertainty, fingers, np.random.default_rng(seed), scale)
             pairs.append(tuple(trial(setup, places, world) for setup, places in made))
         yield row(name, scale, pairs)
@@ -199,10 +199,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", default=list(CASES), metavar="NAME")
     parser.add_argument("--worlds", type=int, default=24, help="per scenario and scale")
+    parser.add_argument("--first", type=int, default=0, help="the first world's seed")
     parser.add_argument("--scales", nargs="+", type=float, default=SCALES, help="of the ranges")
     options = parser.parse_args()
+    worlds = range(options.first, options.first + options.worlds)
     for name in options.names:
-        for line in rows(name, options.worlds, options.scales):
+        for line in rows(name, worlds, options.scales):
             sys.stdout.write(f"{line}\n")
             sys.stdout.flush()
 

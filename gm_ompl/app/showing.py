@@ -1,4 +1,4 @@
-"""``list``, ``check``, ``tolerate``, ``view`` and ``plot``: what there is, and what a plan says.
+"""``list``, ``check``, ``tolerate``, ``strong``, ``view``, ``plot``: what there is, what a plan says.
 
 What one of them alone needs is imported inside it.
 """
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from gm_ompl.app.commands import Exit
 from gm_ompl.app.output import note, say, say_json, writable
-from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, TolerateVerb, ViewVerb
+from gm_ompl.app.verbs import CheckVerb, ListVerb, PlotVerb, StrongVerb, TolerateVerb, ViewVerb
 from gm_ompl.errors import (
     InputError,
     MisfitError,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 KEYS = ("name", "description", "source")
 
-PICTURES = ("forces", "snapshots", "tolerance", "search", "film")
+PICTURES = ("forces", "snapshots", "tolerance", "strong", "search", "film")
 
 
 @contextmanager
@@ -96,6 +96,19 @@ def tolerate_command(request: TolerateVerb) -> Exit:
     else:
         say(found.table())
     return Exit.OK if found.holds else Exit.REFUTED
+
+
+def strong_command(request: StrongVerb) -> Exit:
+    """Show both margins of the plan in the file."""
+    import gm_ompl
+
+    with opened(request.plan_file) as plan:
+        found = gm_ompl.strong(plan)
+    if request.as_json:
+        say_json(found.to_dict())
+    else:
+        say(found.table())
+    return Exit.OK
 
 
 def view_command(request: ViewVerb) -> Exit:
@@ -187,6 +200,11 @@ def _figure(animation: Animation, show: str, trace: Path | None) -> Any:
         from gm_ompl.viz.tolerance import tolerance_figure
 
         return tolerance_figure(animation, gm_ompl.tolerate(animation.plan))
+    if show == "strong":
+        import gm_ompl
+        from gm_ompl.viz.strong import strong_figure
+
+        return strong_figure(animation, gm_ompl.strong(animation.plan))
     from gm_ompl.viz.figures import forces_figure
 
     return forces_figure(animation)

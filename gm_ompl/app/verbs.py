@@ -147,6 +147,18 @@ class TolerateVerb:
 
 
 @dataclass(frozen=True)
+class StrongVerb:
+    """Say how much of a plan's z holds whatever the contacts do: z_strong, step by step.
+
+    z lets contacts find any balancing forces; z_strong asks under which disturbance they may
+    open or slide instead, and says which do.
+    """
+
+    plan_file: Path = plan_file_option()
+    as_json: bool = as_json_option()
+
+
+@dataclass(frozen=True)
 class ViewVerb:
     """Show a plan in the browser, in meshcat's viewer.
 
@@ -161,7 +173,7 @@ class ViewVerb:
 
 @dataclass(frozen=True)
 class PlotVerb:
-    """Draw a plan: its forces, its decisive moments, what it tolerates, or its search."""
+    """Draw a plan: its forces, decisive moments, what it tolerates, z_strong, or its search."""
 
     plan_file: Path = plan_file_option()
     output: Path = output_option(
@@ -169,7 +181,7 @@ class PlotVerb:
     )
     show: str = option(
         "forces",
-        "forces (with modes, z and travel), snapshots, tolerance, search or film.",
+        "forces (with modes, z and travel), snapshots, tolerance, strong, search or film.",
         "WHAT",
     )
     trace: Path | None = option(None, "What plan --trace kept, for --show search.", "FILE")
@@ -256,6 +268,7 @@ VERBS = {
     "map": (MapVerb, ".mapping:map_command"),
     "check": (CheckVerb, ".showing:check_command"),
     "tolerate": (TolerateVerb, ".showing:tolerate_command"),
+    "strong": (StrongVerb, ".showing:strong_command"),
     "view": (ViewVerb, ".showing:view_command"),
     "plot": (PlotVerb, ".showing:plot_command"),
     "export": (ExportVerb, ".executing:export_command"),
@@ -270,7 +283,7 @@ VERBS = {
 
 GROUPS = {
     "Begin": ("new", "list", "inspect"),
-    "Plan": ("plan", "explain", "check", "tolerate"),
+    "Plan": ("plan", "explain", "check", "tolerate", "strong"),
     "Look": ("map", "view", "plot", "explore"),
     "Carry out": ("export", "execute"),
     "Study": ("compare", "tune", "bench"),

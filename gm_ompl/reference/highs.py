@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import highspy
@@ -81,11 +82,19 @@ class Solver:
         Raises:
             SolverError: as for ``solve``.
         """
-        old = self._program
-        self._program = LinearProgram(
-            old.cost, old.matrix, row_lower, row_upper, old.col_lower, old.col_upper, old.maximise
-        )
+        self._program = replace(self._program, row_lower=row_lower, row_upper=row_upper)
         self._highs.changeRowsBounds(len(self._rows), self._rows, row_lower, row_upper)
+        return self.solve()
+
+    def solve_within(self, col_upper: Array) -> LpSolution:
+        """Replace the upper bounds (n,) on the variables, and solve.
+
+        Raises:
+            SolverError: as for ``solve``.
+        """
+        self._program = replace(self._program, col_upper=col_upper)
+        lower, n = self._program.col_lower, len(col_upper)
+        self._highs.changeColsBounds(n, np.arange(n, dtype=np.int32), lower, col_upper)
         return self.solve()
 
     def basis(self) -> list[int]:
