@@ -2,7 +2,7 @@
 
 Problem (6) lets contacts find any forces that balance a load, whatever brought them about. Where
 they are indeterminate that is optimistic (Maeda, Oda and Makita 2007). A wrench is *strongly held*
-(Pang and Trinkle, ZAMM 80, 2000) if no deviation v != 0 of the object goes with forces that balance
+(Pang and Trinkle, ICRA 2000) if no deviation v != 0 of the object goes with forces that balance
 it. For each mode of all contacts (``contact_modes``) the wrenches that are not form a polyhedron;
 z_strong is z or the least t with one of them in the load's neighbourhood of size t, the hull of
 t l_i that Problem (6) has.
