@@ -1,4 +1,4 @@
-"""``list``, ``check``, ``tolerate``, ``strong``, ``view``, ``plot``: what there is, what a plan says.
+"""``list``, ``check``, ``tolerate``, ``strong``, ``view``, ``plot``: what there is, what plans say.
 
 What one of them alone needs is imported inside it.
 """

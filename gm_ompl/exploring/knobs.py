@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from gm_ompl.scenario.scenario import Scenario
+from gm_ompl.scenario.uncertain import half_width
 
 LOG_SPAN: Final = 10.0  # a logarithmic slider goes from a tenth to ten times the file's value
 FRICTION_TOP: Final = 1.5  # sliders of friction go this far at least
 Z_MIN_SPAN: Final = 4.0  # those of z_min to so many times the file's value
 WEIGHT_SHARE: Final = 0.2  # or, where that is 0, to this share of the object's weight
+UNCERTAIN_TOP: Final = 30.0  # those of uncertainty to so many per cent at least
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,9 @@ class Slider:
 
 def knobs(scenario: Scenario) -> list[Slider]:
     """Return the knobs of a scenario, in the order in which they are shown."""
-    return [*_contacts(scenario), *_loads(scenario), *_angles(scenario)]
+    return [
+        *_contacts(scenario), *_loads(scenario), *_uncertain(scenario), *_angles(scenario),
+    ]  # fmt: skip
 
 
 def _contacts(scenario: Scenario) -> Iterator[Slider]:
@@ -71,6 +75,27 @@ def _loads(scenario: Scenario) -> Iterator[Slider]:
     high = Z_MIN_SPAN * z_min or WEIGHT_SHARE * model.object.mass * model.gravity or 1.0
     yield Slider("mechanics.z_min", "z_min", z_min, 0.0, high, 0.0)
     yield _logarithmic("object.mass", "mass", model.object.mass)
+
+
+def _uncertain(scenario: Scenario) -> Iterator[Slider]:
+    """Yield the ranges that are one percentage, or could be."""
+    model, given = scenario.model, scenario.model.uncertainty
+    fingers = model.friction.finger
+    nominal = {
+        "environment_friction": model.friction.environment,
+        "finger_friction": fingers if isinstance(fingers, float) else 0.0,
+        "mass": model.object.mass,
+        "centre_of_mass": 0.0,  # of the object's sides, which are several
+    }
+    for name, whole in nominal.items():
+        amount = getattr(given, name, None)
+        if isinstance(amount, float) and whole == 0.0:
+            continue
+        if amount is None or isinstance(amount, (float, str)):
+            value = _tidy(100.0 * half_width(amount, whole or 1.0) / (whole or 1.0))
+            label = f"uncertain {name.replace('_', ' ')}"
+            high = max(UNCERTAIN_TOP, 2.0 * value)
+            yield Slider(f"uncertainty.{name}", label, value, 0.0, high, 0.5, unit="%")
 
 
 def _angles(scenario: Scenario) -> Iterator[Slider]:

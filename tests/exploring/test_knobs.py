@@ -38,8 +38,24 @@ def test_knobs_stand_at_the_files_values(scenario: Scenario) -> None:
     for key in ("friction.environment", "friction.finger", "fingers.radius",
                 "fingers.max_normal_force", "mechanics.z_min", "object.mass"):  # fmt: skip
         assert key in keys
-    same = scenario.with_([written(knob, knob.value) for knob in found]).resolved()
+    # A range of nothing would stand in the file.
+    stated = [knob for knob in found if knob.value or knob.unit != "%"]
+    same = scenario.with_([written(knob, knob.value) for knob in stated]).resolved()
     _equal(same, scenario.resolved())
+
+
+def test_ranges_of_uncertainty_are_knobs() -> None:
+    """They begin at what the file states in per cent, else at 0; lists are left to other hands."""
+    scenario = gm_ompl.load("paper/slide")
+    found = {k.key: k for k in knobs(scenario) if k.key.startswith("uncertainty.")}
+    assert {knob.value for knob in found.values()} == {0.0} and len(found) == 4
+    for knob in found.values():
+        assert scenario.with_(written(knob, 10.0)).problem.uncertainty
+        assert not scenario.with_(written(knob, 0.0)).problem.uncertainty
+    stated = scenario.with_(["uncertainty={mass: 0.05, finger_friction: [0.1, 0.1]}"])
+    keys = {k.key: k.value for k in knobs(stated) if k.key.startswith("uncertainty.")}
+    assert keys["uncertainty.mass"] == pytest.approx(5.0 / stated.problem.mass)
+    assert "uncertainty.finger_friction" not in keys
 
 
 def _equal(found: Any, wanted: Any) -> None:
