@@ -38,6 +38,7 @@ class KernelBackend:
         optimistic: whether what nobody can prove counts as any z instead of none: for bounds.
         scale: the unit of force inside the kernel.
         pool: the cuts that decisions of the whole hand have left, forces over ``scale``.
+        learn: told of each such cut: contact state, load, wrench. It keeps them in the pool.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -60,6 +61,12 @@ class KernelBackend:
         self._hands: dict[tuple[int, ...], tuple[Placements, IntArray]] = {}
         self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
         self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
+        self.learn = self.pool.add
+
+    @property
+    def tips(self) -> Array:
+        """All fingers' columns for unit normal force at all placements (n, P, s, 6)."""
+        return self._tips
 
     def _tip_columns(self) -> Array:
         """Return every finger's columns at every placement for unit normal force (n, P, s, 6)."""
@@ -128,7 +135,7 @@ class KernelBackend:
             answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
             load = self._cases.load(environment, number)
         if len(hand) == len(self._f_max):
-            self.pool.add(environment, load, y)
+            self.learn(environment, load, y)
         return self._decision(environment, hand, placements, answer, f_com)
 
     def _decision(
@@ -208,7 +215,7 @@ class KernelBackend:
         self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array
     ) -> ModeDecision:
         """Return decision ``k`` and keep the cut that it leaves, under the load (6,)."""
-        self.pool.add(environment, load, answers.wrenches[k])
+        self.learn(environment, load, answers.wrenches[k])
         answer = (
             int(answers.ends[k]), float(answers.zs[k]), int(answers.directions[k]),
             int(answers.masks[k]),

@@ -16,7 +16,6 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.closure import Closure
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
-from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.goals import valid_goals
@@ -25,8 +24,7 @@ from gm_ompl.holds.tables import claim_tables
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.astar import BestFirstSearch, Told
-from gm_ompl.planners.lane_search import LaneSearch
-from gm_ompl.planners.lane_sources import start_sets
+from gm_ompl.planners.lane_parts import cheaper, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -63,7 +61,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         return _in_closures(problem, judge, log, report)
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
-        return _Lanes(problem, judge, log, report).run()
+        return part_search(problem, judge, log, report).run()
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except LimitError as stopped:
@@ -86,35 +84,20 @@ def _in_closures(problem: Problem, judge: Judge, log: Log, report: Report) -> Se
                 closure.double()
             else:
                 closure.grow(result.cost)
-            lanes = _Lanes(problem, judge, log, report, closure, result.cost)
-            found = lanes.run()
+            part = part_search(problem, judge, log, report, closure, result.cost)
+            found = part.run()
             expanded += found.statistics["expanded"]
             generated += found.statistics["generated"]
             statistics = {**found.statistics, "expanded": expanded, "generated": generated}
-            found = _cheaper(result, dataclasses.replace(found, statistics=statistics))
+            found = cheaper(result, dataclasses.replace(found, statistics=statistics))
             result = _within(found, closure.next)
-            if not lanes.exhausted or closure.next == math.inf or result.optimal:
+            if not part.exhausted or closure.next == math.inf or result.optimal:
                 return result
     except KeyboardInterrupt:
         return dataclasses.replace(result, status=Status.INTERRUPTED)
     except LimitError as stopped:
         ended = {"ended_by": str(stopped)} if str(stopped) else {}
         return dataclasses.replace(result, statistics={**result.statistics, **ended})
-
-
-def _cheaper(before: SearchResult, found: SearchResult) -> SearchResult:
-    """Return what a search found, with the plan of an earlier one where that is cheaper."""
-    if before.cost is None or (found.cost is not None and found.cost <= before.cost):
-        return found
-    bound = min(max(before.lower_bound, found.lower_bound), before.cost)
-    interrupted = found.status is Status.INTERRUPTED
-    return dataclasses.replace(
-        before,
-        status=found.status if interrupted else before.status,
-        lower_bound=bound,
-        optimal=before.cost <= bound * (1.0 + PROVEN),
-        statistics=found.statistics,
-    )
 
 
 def _within(result: SearchResult, beyond: float) -> SearchResult:
@@ -126,51 +109,6 @@ def _within(result: SearchResult, beyond: float) -> SearchResult:
         return dataclasses.replace(result, status=Status.BUDGET, lower_bound=beyond)
     optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
     return dataclasses.replace(result, lower_bound=bound, optimal=optimal)
-
-
-class _Lanes:
-    """One search over lanes: of the whole object graph, or of a part.
-
-    Attributes:
-        exhausted: whether it ended by itself, or can prove no more of this part.
-    """
-
-    def __init__(
-        self,
-        problem: Problem,
-        judge: Judge,
-        log: Log,
-        report: Report,
-        closure: Closure | None = None,
-        most: float | None = None,
-    ) -> None:
-        backend = judge.backend
-        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
-        self._problem, self._judge, self._log = problem, judge, log
-        leaving = None
-        if closure is not None:
-            leaving = closure.leaving(math.inf if most is None else most * (1.0 + PROVEN))
-        self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
-        source = start_sets(problem, judge, self._graph)
-        self._beyond = math.inf if closure is None else closure.next
-        self._search = LaneSearch(self._graph, source, log, tracer(report), self._beyond)
-        self.exhausted = False
-
-    def run(self) -> SearchResult:
-        """Search for the cheapest plan."""
-        graph, search = self._graph, self._search
-        status = search.run()
-        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
-        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
-        with limits.lifted():
-            arcs, legs = search.path()
-            nodes = [graph.start, *(int(graph.tables.head[a]) for a in arcs)]
-            way = self._problem.object_graph.way([graph.nodes[c] for c in nodes])
-            moves = moves_of(self._judge, way, legs)
-        statistics = self._log.statistics(
-            search.expanded, search.generated, placement_sets=graph.lanes_met
-        )
-        return result_of(status, search.cost, search.bound, moves, statistics)
 
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]

@@ -1,0 +1,65 @@
+"""Bounds on z over products of cells of placements, compiled.
+
+Every point of a cell is a convex combination of its corners, so what a finger can exert there it
+can exert with the cones at all corners at once under its one limit. Problem (6) for such fingers
+bounds z for all points of the product, whatever the modes: position control and Problem (5) left
+aside are optimistic, too. The answer is a wrench whose cut proves it (``certificate``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.cell_cuts import Boxes
+from gm_ompl.mechanics.stability import BELOW, REACHED, new_tableau, position_margin
+
+
+@compiled
+def corner_columns(columns: Array, hand: IntArray, cells: IntArray, boxes: Boxes) -> Array:
+    """Return the columns (k, 4 s, 6) of fingers at all corners of their cells.
+
+    Args:
+        columns: (n, F, s, 3, 6), all fingers' columns on each face: constant and slopes.
+        hand: (k,), the fingers.
+        cells: (k,), the cell of each.
+        boxes: the cells.
+    """
+    s = columns.shape[2]
+    tips = np.empty((len(hand), 4 * s, 6))
+    for i in range(len(hand)):
+        p, r = boxes.sides[cells[i], 0], boxes.sides[cells[i], 1]
+        wide, high = boxes.sides[cells[i], 2], boxes.sides[cells[i], 3]
+        side = columns[hand[i], boxes.faces[cells[i]]]
+        for corner in range(4):
+            u = p + (wide if corner % 2 else -wide)
+            v = r + (high if corner // 2 else -high)
+            for k in range(s):
+                for t in range(6):
+                    here = side[k, 0, t] + u * side[k, 1, t] + v * side[k, 2, t]
+                    tips[i, corner * s + k, t] = here
+    return tips
+
+
+@compiled
+def cell_margin(
+    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, w: Array,
+    margin: float, y: Array,
+) -> float:  # fmt: skip
+    """Return an upper bound on z for all points of a product of cells; -inf: no equilibrium.
+
+    Args:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        tips: (k, c, 6), each finger's columns at all corners of its cell.
+        f_max: (k,), over force_scale.
+        L: (76, 6), the directions.
+        below: where z is proven smaller than this, any such bound will do.
+        w: (6,), a wrench that separates the environment's columns, with its
+        margin: see ``certificate.into_polar``.
+        y: output (6,), the wrench of the cut that proves it; zero where nothing does.
+    """
+    tableau = new_tableau(len(tips), len(env), tips.shape[1])
+    end, z, _ = position_margin(env, q, tips, f_max, L, below, True, tableau, w, margin, y)
+    return z if end in (BELOW, REACHED) else np.inf

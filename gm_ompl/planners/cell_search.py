@@ -1,0 +1,325 @@
+"""Exact search over cells of placements: branch and bound.
+
+What waits is a *product*: an order of regrasps (``Skeleton``) and a cell for each placement, keyed
+by a lower bound on every plan in it. The one in front is doubted where its margins may be least;
+where it stands, its widest cell is halved. A product of single placements is judged exactly, so the
+first to stand in front is optimal. Plans of k regrasps wait as one until k X_regr comes first.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Final, final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.errors import LimitError
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.cell_bounds import REGRASP, follow, to_go, weakest
+from gm_ompl.graph.cell_graph import CellGraph, Tuple
+from gm_ompl.graph.cell_products import Product
+from gm_ompl.graph.skeletons import Skeleton, skeletons
+from gm_ompl.holds.extraction import Leg
+from gm_ompl.holds.sets import LIFTED
+from gm_ompl.planners.cell_air import CellAir
+from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.planner import Status
+from gm_ompl.planners.trace import Expansion, Trace
+from gm_ompl.problem import Problem
+
+SAME: Final = 1e-9
+"""A product is no better than the best plan by less than this, relatively."""
+
+LOOKS: Final = 2
+"""Margins doubted before a product is divided."""
+
+RISEN: Final = 1e-3
+"""A key that has risen by this, relatively, is not divided before it comes first again."""
+
+FIRST_DIVE: Final = 64
+"""Products after which one is followed down to single placements, again after half as many more."""
+
+MOST_PRODUCTS: Final = 40_000
+"""Products that plans of one more regrasp may begin with."""
+
+
+@final
+class CellSearch:
+    """One search; ``run`` may be called once.
+
+    Args:
+        problem: what to plan.
+        judge: answers about it.
+        graph: the lanes of cells.
+        log: told of the progress; its budget is spent.
+        trace: told of every product.
+        beyond: a lower bound on plans that leave the part of the object graph that was explored.
+
+    Attributes:
+        expanded: products taken from the front of the open list.
+        bound: no plan is cheaper.
+        cost: of the best plan known, or +inf.
+        given_up: whether more regrasps than can be listed may be cheaper.
+    """
+
+    def __init__(
+        self, problem: Problem, judge: Judge, graph: CellGraph, log: Log,
+        trace: Trace | None = None, beyond: float = math.inf,
+    ) -> None:  # fmt: skip
+        self._hand, self._graph = problem.fingers, graph
+        self._log, self._trace, self._beyond = log, trace, beyond
+        self._air = CellAir(problem, judge, graph)
+        self._open: list[tuple[float, int, int, float, Product]] = []
+        self._next: tuple[float, Product] | None = None
+        self._regrasps, self._dive_at, self._diving = 0, FIRST_DIVE, False
+        self._best: tuple[Product, IntArray] | None = None
+        self._D: Array = np.empty((0, 0))
+        self._lift: Array = np.empty((0, 0))
+        self.expanded = self.generated = 0
+        self.bound, self.cost, self.given_up = 0.0, math.inf, False
+
+    def run(self) -> Status:
+        """Search until a plan is proven optimal, or no budget is left, or it gives up."""
+        try:
+            status = self._run()
+        except LimitError:
+            status = Status.BUDGET
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        if status is Status.BUDGET and self._best is not None:
+            status = Status.SOLVED
+        self._event()
+        return status
+
+    def _run(self) -> Status:
+        while True:
+            front = self._front()
+            while self._unlisted() <= min(front, self.cost * (1.0 - SAME)) and self._list_more():
+                front = self._front()
+            f = min(front, self._unlisted())
+            self.bound = max(self.bound, min(f, self.cost))
+            if f >= self.cost * (1.0 - SAME):
+                return Status.SOLVED
+            if front >= self.cost * (1.0 - SAME):
+                self.given_up = True
+                return Status.BUDGET
+            if f >= self._beyond and self._best is not None:
+                return Status.SOLVED  # the part must grow before more can be proven
+            if self._log.meter.spent(self.expanded):
+                return Status.BUDGET
+            if self._log.due():
+                self._event()
+            self._advance()
+
+    def _front(self) -> float:
+        waiting = self._open[0][3] if self._open else math.inf
+        return waiting if self._next is None else min(waiting, self._next[0])
+
+    def _unlisted(self) -> float:
+        """Return a lower bound on plans of more regrasps than were listed."""
+        tables = self._graph.cells.tables
+        return self._regrasps * tables.X_regr + float(tables.least[self._graph.start])
+
+    def _list_more(self) -> bool:
+        """Let the plans of one more regrasp wait; whether they can be listed."""
+        hand, cells = self._hand, self._graph.cells
+        found = list(skeletons(hand.groups(), self._regrasps))
+        most = len(found) * len(cells.faces) ** (hand.count + self._regrasps)
+        if most > MOST_PRODUCTS:
+            return False
+        for skeleton in found:
+            for chosen in self._roots(skeleton):
+                product = self._product(skeleton, chosen, None)
+                if product is not None:
+                    self._push(self._key(product), product)
+        self._regrasps += 1
+        return True
+
+    def _roots(self, skeleton: Skeleton) -> Iterator[Tuple]:
+        """Yield the cells that plans of a skeleton begin with."""
+        hand, cells = self._hand, self._graph.cells
+        offered: list[tuple[int, ...]] = []
+        for spot in range(skeleton.spots):
+            finger = skeleton.finger(spot)
+            rows = {hand.start[finger]} if spot < hand.count else {None}
+            if skeleton.is_last(spot):
+                rows.add(hand.goal[finger])
+            wanted = rows - {None}
+            if len(wanted) > 1:
+                return
+            only = next(iter(wanted), None)
+            offered.append(cells.faces if only is None else (cells.point(only),))
+        for chosen in itertools.product(*offered):
+            if all(
+                chosen[a] <= chosen[b]
+                for alike in skeleton.alike
+                for a, b in itertools.pairwise(alike)
+            ):
+                yield chosen
+
+    def _product(self, skeleton: Skeleton, cells: Tuple, parent: Product | None) -> Product | None:
+        """Return a product; None where fingertips must penetrate each other, or what is there."""
+        graph, alike = self._graph, parent
+        sets = [tuple(cells[spot] for spot in leg) for leg in skeleton.legs]
+        free = graph.cells.tables.node_free
+        if not all(free[i, cell, graph.start] for i, cell in enumerate(sets[0])):
+            return None
+        if not all(graph.apart(each) for each in sets):
+            return None
+        legs = [
+            graph.lane(each, None if alike is None else int(alike.legs[m]))
+            for m, each in enumerate(sets)
+        ]
+        rests = [
+            graph.rest(
+                (*sets[m][:finger], LIFTED, *sets[m][finger + 1 :]),
+                None if alike is None else int(alike.rests[m]),
+            )
+            for m, finger in enumerate(skeleton.lifted)
+        ]
+        depth = 0 if alike is None else alike.depth + 1
+        numbers = np.array(legs, dtype=np.int64), np.array(rests, dtype=np.int64)
+        return Product(skeleton, cells, *numbers, depth)
+
+    def _push(self, f: float, product: Product) -> None:
+        """Let a product wait: of nearly equal keys the one divided most comes first."""
+        if f >= self.cost * (1.0 - SAME):
+            return
+        if self._diving:
+            self._next = f, product
+            return
+        self.generated += 1
+        key = float(f"{f:.9g}")
+        heapq.heappush(self._open, (key, -product.depth, self.generated, f, product))
+
+    def _key(self, product: Product) -> float:
+        """Return a lower bound on every plan in a product."""
+        graph, (m, V) = self._graph, (len(product.legs), len(self._graph.nodes))
+        self._D, self._lift = np.empty((m, V)), np.empty((m - 1, V))
+        to_go(
+            product.legs, product.rests, graph.lanes, graph.resting, graph.cells.tables, self._D,
+            self._lift,
+        )  # fmt: skip
+        return float(self._D[0, graph.start])
+
+    def _renewed(self, product: Product) -> float:
+        """Return ``_key`` with all bounds renewed."""
+        for lane in product.legs.tolist():
+            self._graph.renewed(lane)
+        for rest in product.rests.tolist():
+            self._graph.rest_renewed(rest)
+        return self._key(product)
+
+    def _advance(self) -> None:
+        """Treat what comes first, or what is being followed down."""
+        if self._next is None:
+            self._diving = self.expanded >= self._dive_at
+            if self._diving:
+                self._dive_at = max(self.expanded + FIRST_DIVE, self.expanded * 3 // 2)
+            _, _, _, f, product = heapq.heappop(self._open)
+        else:
+            (f, product), self._next = self._next, None
+        self.expanded += 1
+        now = self._renewed(product)
+        if now > f * (1.0 + SAME):
+            self._push(now, product)
+            return
+        steps = self._steps(product)
+        exact = all(self._graph.cells.row(cell) >= 0 for cell in product.cells)
+        holds, looks = self._doubt(product, steps, math.inf if exact else LOOKS)
+        self._tell(product, f, exact)
+        if exact and looks == 0:
+            self._finish(product, steps, now)
+            return
+        risen = self._renewed(product)
+        if exact or not holds or risen > now * (1.0 + RISEN):
+            self._push(risen, product)
+        elif risen < self.cost * (1.0 - SAME):
+            self._divide(product)
+
+    def _steps(self, product: Product) -> IntArray:
+        """Return the cheapest way of the product whose key was asked last, see ``follow``."""
+        graph = self._graph
+        steps = np.empty((len(product.legs) * (len(graph.nodes) + 1), 3), dtype=np.int64)
+        tables = graph.cells.tables
+        count = follow(graph.start, product.legs, graph.lanes, tables, self._D, self._lift, steps)
+        return steps[:count]
+
+    def _doubt(self, product: Product, steps: IntArray, most: float) -> tuple[bool, int]:
+        """Look at where a way may hold least; return whether it may hold, and the looks."""
+        graph, looks = self._graph, 0
+        legs, rests = product.legs, product.rests
+        while looks < most:
+            lanes, resting, tables = graph.lanes, graph.resting, graph.cells.tables
+            i, part = weakest(steps, legs, rests, lanes, resting, tables)
+            if i < 0:
+                break
+            looks += 1
+            m, arc, node = steps[i].tolist()
+            if arc == REGRASP:
+                holds = graph.look_at_rest(int(rests[m]), node)
+            else:
+                holds = graph.look(int(legs[m]), arc, part)
+            if not holds:
+                return False, looks
+        return True, looks
+
+    def _divide(self, product: Product) -> None:
+        """Halve the widest cell of a product."""
+        cells, chosen, skeleton = self._graph.cells, product.cells, product.skeleton
+        widest = max(range(len(chosen)), key=lambda spot: cells.width(chosen[spot]))
+        alike = next((group for group in skeleton.alike if widest in group), (widest,))
+        spots = [spot for spot in alike if chosen[spot] == chosen[widest]]
+        parts = list[tuple[float, Product]]()
+        halves = cells.halves(chosen[widest])
+        for picked in itertools.combinations_with_replacement(halves, len(spots)):
+            replaced = list(chosen)
+            for spot, half in zip(spots, picked, strict=True):
+                replaced[spot] = half
+            part = self._product(skeleton, tuple(replaced), product)
+            if part is not None:
+                parts.append((self._key(part), part))
+        diving, self._diving = self._diving, False
+        best = min(range(len(parts)), key=lambda k: parts[k][0], default=-1) if diving else -1
+        for k, (key, part) in enumerate(parts):
+            if k != best:
+                self._push(key, part)
+        if best >= 0:
+            self._diving = True
+            self._push(*parts[best])
+
+    def _finish(self, product: Product, steps: IntArray, cost: float) -> None:
+        """Take the plan of a product all of whose margins on the way are judged."""
+        self._diving = False
+        instead = self._air.doubted(product, steps)
+        if instead is product:
+            self.cost, self._best = cost, (product, steps.copy())
+        elif instead is not None:
+            self._push(self._renewed(instead), instead)
+
+    def path(self) -> tuple[tuple[int, ...], list[Leg]]:
+        """Return the best plan's arcs, and its legs along them; both empty without one."""
+        if self._best is None:
+            return (), []
+        product, steps = self._best
+        arcs = tuple(arc for arc in steps[:, 1].tolist() if arc != REGRASP)
+        legs, at = list[Leg](), 0
+        for m, placements in enumerate(self._air.sets(product)):
+            count = int(((steps[:, 0] == m) & (steps[:, 1] != REGRASP)).sum())
+            legs.append((placements, at, at + count))
+            at += count
+        return arcs, legs
+
+    def _tell(self, product: Product, f: float, exact: bool) -> None:
+        if self._trace is not None:
+            q = self._graph.coordinates(self._graph.start)
+            placements = self._air.sets(product)[0] if exact else ()
+            why = "placements judged" if exact else "cells bounded"
+            self._trace(Expansion(q, placements, 0.0, f, why))
+
+    def _event(self) -> None:
+        self._log.event(self.cost, min(self.bound, self._beyond), self.expanded, len(self._open))

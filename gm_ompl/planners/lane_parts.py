@@ -1,0 +1,195 @@
+"""One search over lanes, of the whole object graph or of a part: over placements or over cells."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Final, Protocol, final
+
+from gm_ompl import limits
+from gm_ompl.arrays import IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.cell_graph import CellGraph
+from gm_ompl.graph.closure import Closure
+from gm_ompl.graph.lane_graph import LaneGraph
+from gm_ompl.graph.lanes import Leaving
+from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.planners.cell_search import CellSearch
+from gm_ompl.planners.lane_search import LaneSearch
+from gm_ompl.planners.lane_sources import start_sets
+from gm_ompl.planners.outcome import PROVEN, Log, result_of
+from gm_ompl.planners.planner import Report, SearchResult, Status
+from gm_ompl.planners.trace import tracer
+from gm_ompl.problem import Move, Problem
+
+FEW_SETS: Final = 250_000
+"""Sets of placements up to which lanes are treated one by one."""
+
+
+class Part(Protocol):
+    """One search of the whole object graph, or of a part.
+
+    Attributes:
+        exhausted: whether it ended by itself, or can prove no more of this part.
+    """
+
+    exhausted: bool
+
+    def run(self) -> SearchResult:
+        """Search for the cheapest plan."""
+
+
+def part_search(
+    problem: Problem,
+    judge: Judge,
+    log: Log,
+    report: Report,
+    closure: Closure | None = None,
+    most: float | None = None,
+) -> Part:
+    """Return the search of a part of the object graph that suits the number of sets.
+
+    Args:
+        problem: what to plan.
+        judge: answers about it.
+        log: told of the progress; its budget is spent.
+        report: likewise.
+        closure: the part; None is the whole object graph.
+        most: what plans may cost; None is anything.
+    """
+    few = set_count(problem) <= FEW_SETS or problem.uncertainty
+    return (LanePart if few else CellPart)(problem, judge, log, report, closure, most)
+
+
+def set_count(problem: Problem) -> int:
+    """Return the number of sets of placements, those among them that fit nowhere, too."""
+    hand, P = problem.fingers, len(problem.fingers.placements)
+    return math.prod(math.comb(P, len(group)) for group in hand.groups())
+
+
+def _leaving(closure: Closure | None, most: float | None) -> Leaving | None:
+    """Return the arcs of a part, without those that only dearer plans pass."""
+    if closure is None:
+        return None
+    return closure.leaving(math.inf if most is None else most * (1.0 + PROVEN))
+
+
+@final
+class LanePart:
+    """The search over lanes of placements.
+
+    Attributes:
+        exhausted: whether it ended by itself, or can prove no more of this part.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        judge: Judge,
+        log: Log,
+        report: Report,
+        closure: Closure | None = None,
+        most: float | None = None,
+    ) -> None:
+        backend = judge.backend
+        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+        self._problem, self._judge, self._log = problem, judge, log
+        leaving = _leaving(closure, most)
+        self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
+        source = start_sets(problem, judge, self._graph)
+        self._beyond = math.inf if closure is None else closure.next
+        self._search = LaneSearch(self._graph, source, log, tracer(report), self._beyond)
+        self.exhausted = False
+
+    def run(self) -> SearchResult:
+        """Search for the cheapest plan."""
+        graph, search = self._graph, self._search
+        status = search.run()
+        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
+        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
+        with limits.lifted():
+            arcs, legs = search.path()
+            moves = moves_along(self._judge, graph, graph.tables.head, arcs, legs)
+        statistics = self._log.statistics(
+            search.expanded, search.generated, placement_sets=graph.lanes_met
+        )
+        return result_of(status, search.cost, search.bound, moves, statistics)
+
+
+@final
+class CellPart:
+    """The search over lanes of cells; where there are too many regrasps, over lanes of placements.
+
+    Attributes:
+        exhausted: whether it ended by itself, or can prove no more of this part.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        judge: Judge,
+        log: Log,
+        report: Report,
+        closure: Closure | None = None,
+        most: float | None = None,
+    ) -> None:
+        backend = judge.backend
+        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+        self._backend, self._judge, self._log = backend, judge, log
+        leaving = _leaving(closure, most)
+        self._graph = CellGraph(problem, judge, backend, log.meter.spent, leaving)
+        self._beyond = math.inf if closure is None else closure.next
+        self._search = CellSearch(problem, judge, self._graph, log, tracer(report), self._beyond)
+        self._lanes = lambda: LanePart(problem, judge, log, report, closure, most)
+        self.exhausted = False
+
+    def run(self) -> SearchResult:
+        """Search for the cheapest plan."""
+        graph, search = self._graph, self._search
+        self._backend.learn = graph.cuts.add
+        try:
+            status = search.run()
+        finally:
+            self._backend.learn = self._backend.pool.add
+        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
+        self.exhausted = status is Status.SOLVED and proven
+        with limits.lifted():
+            arcs, legs = search.path()
+            moves = moves_along(self._judge, graph, graph.cells.tables.head, arcs, legs)
+        statistics = self._log.statistics(
+            search.expanded, search.generated, placement_sets=graph.lanes_met
+        )
+        result = result_of(status, search.cost, search.bound, moves, statistics)
+        if not search.given_up:
+            return result
+        lanes = self._lanes()
+        found = lanes.run()
+        self.exhausted = lanes.exhausted
+        return cheaper(result, found)
+
+
+def moves_along(
+    judge: Judge, graph: LaneGraph | CellGraph, head: IntArray, arcs: Sequence[int],
+    legs: Sequence[Leg],
+) -> tuple[Move, ...]:  # fmt: skip
+    """Return the moves of legs along arcs, which lead to the nodes ``head``."""
+    nodes = [graph.start, *(int(head[a]) for a in arcs)]
+    way = judge.problem.object_graph.way([graph.nodes[c] for c in nodes])
+    return moves_of(judge, way, legs)
+
+
+def cheaper(before: SearchResult, found: SearchResult) -> SearchResult:
+    """Return what a search found, with the plan of an earlier one where that is cheaper."""
+    if before.cost is None or (found.cost is not None and found.cost <= before.cost):
+        return found
+    bound = min(max(before.lower_bound, found.lower_bound), before.cost)
+    interrupted = found.status is Status.INTERRUPTED
+    return dataclasses.replace(
+        before,
+        status=found.status if interrupted else before.status,
+        lower_bound=bound,
+        optimal=before.cost <= bound * (1.0 + PROVEN),
+        statistics=found.statistics,
+    )
