@@ -116,7 +116,8 @@ class CellGraph:
             self.lanes.z[number] = np.inf if like is None else self.lanes.z[like]
             self.lanes.looked[number] = False
             self._lane_versions.append(-1)
-        return self.renewed(number)
+            self.renewed(number)
+        return number
 
     def renewed(self, lane: int) -> int:
         """Return ``lane`` with its bounds renewed if cuts were added."""
@@ -137,8 +138,8 @@ class CellGraph:
         cells = self.sets.canonical(cells)
         number = self._rest_numbers.get(cells)
         if number is None:
-            number = self._rest_numbers[cells] = self._new_rest(cells, like)
-        return self.rest_renewed(number)
+            number = self._rest_numbers[cells] = self.rest_renewed(self._new_rest(cells, like))
+        return number
 
     def _new_rest(self, cells: Tuple, like: int | None) -> int:
         number = len(self._rests)

@@ -34,7 +34,7 @@ from gm_ompl.problem import Problem
 SAME: Final = 1e-9
 """A product is no better than the best plan by less than this, relatively."""
 
-LOOKS: Final = 2
+LOOKS: Final = 1
 """Margins doubted before a product is divided."""
 
 RISEN: Final = 1e-3
