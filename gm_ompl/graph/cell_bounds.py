@@ -57,10 +57,11 @@ class RestRoom(NamedTuple):
 @compiled
 def renew_lane(lane: int, room: LaneRoom, tables: Tables, cuts: CutTables) -> None:
     """Write a lane's bounds anew; its margins only fall."""
-    z = np.full(room.z.shape[1:], np.inf)
+    K, P = room.z.shape[1], room.z.shape[2]
+    z = np.full((K, P), np.inf)
     refresh(room.sets[lane], tables, cuts, room.z[lane], z, room.costs[lane], room.d[lane])
-    for k in range(z.shape[0]):
-        for j in range(z.shape[1]):
+    for k in range(K):
+        for j in range(P):
             room.z[lane, k, j] = min(room.z[lane, k, j], z[k, j])
 
 

@@ -73,6 +73,7 @@ class CellGraph:
         self.cuts = CellCuts(self._columns, self._f_max, DIRECTIONS)
         self.sets = PlacementSets(hand.groups())
         self._least = judge.least_distances()
+        self._alike = {i: group for group in hand.groups() for i in group}
         n, (K, P), V = hand.count, tables.states.shape, len(tables.goal)
         self.lanes = LaneRoom(
             np.empty((FIRST, n), dtype=np.int64), np.empty((FIRST, K, P)),
@@ -168,12 +169,12 @@ class CellGraph:
             self._add_new_cells()
             fingers = [i for i, cell in enumerate(cells) if cell != LIFTED]
             if self._rest_states is None:
-                states = [self._table.rest_state(c) for c in range(len(self.nodes))]
-                self._rest_states = np.array(states)
+                known_states = [self._table.rest_state(c) for c in range(len(self.nodes))]
+                self._rest_states = np.array(known_states)
             rows = np.array([cells[i] for i in fingers], dtype=np.int64)
             if len(fingers):
-                states = self._rest_states
-                renew_rest(self.resting.z[rest], rows, states, self.cuts.of(fingers))
+                cuts = self.cuts.of(fingers)
+                renew_rest(self.resting.z[rest], rows, self._rest_states, cuts)
             self._rests[rest] = cells, self.cuts.version
         return rest
 
@@ -182,9 +183,13 @@ class CellGraph:
             self.cuts.widen(self.cells.boxes, len(self.cells))
 
     def apart(self, cells: Sequence[int]) -> bool:
-        """Whether no two fingertips must penetrate each other somewhere in these cells."""
+        """Whether somewhere in these cells no two fingertips penetrate each other."""
         for i, cell in enumerate(cells):
             for j in range(i):
+                if cell == cells[j] and self._alike[i] == self._alike[j]:
+                    if self.cells.row(cell) >= 0:
+                        return False  # a set has a placement once
+                    continue
                 if not self.cells.apart(i, cell, j, cells[j], self._least[i, j]):
                     return False
         return True

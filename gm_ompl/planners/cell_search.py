@@ -9,9 +9,7 @@ first to stand in front is optimal. Plans of k regrasps wait as one until k X_re
 from __future__ import annotations
 
 import heapq
-import itertools
 import math
-from collections.abc import Iterator
 from typing import Final, final
 
 import numpy as np
@@ -20,11 +18,9 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.cell_bounds import REGRASP, follow, to_go, weakest
-from gm_ompl.graph.cell_graph import CellGraph, Tuple
-from gm_ompl.graph.cell_products import Product
-from gm_ompl.graph.skeletons import Skeleton, skeletons
+from gm_ompl.graph.cell_graph import CellGraph
+from gm_ompl.graph.cell_products import Product, Products
 from gm_ompl.holds.extraction import Leg
-from gm_ompl.holds.sets import LIFTED
 from gm_ompl.planners.cell_air import CellAir
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
@@ -42,9 +38,6 @@ RISEN: Final = 1e-3
 
 FIRST_DIVE: Final = 64
 """Products after which one is followed down to single placements, again after half as many more."""
-
-MOST_PRODUCTS: Final = 40_000
-"""Products that plans of one more regrasp may begin with."""
 
 
 @final
@@ -70,7 +63,7 @@ class CellSearch:
         self, problem: Problem, judge: Judge, graph: CellGraph, log: Log,
         trace: Trace | None = None, beyond: float = math.inf,
     ) -> None:  # fmt: skip
-        self._hand, self._graph = problem.fingers, graph
+        self._graph, self._products = graph, Products(problem.fingers, graph)
         self._log, self._trace, self._beyond = log, trace, beyond
         self._air = CellAir(problem, judge, graph)
         self._open: list[tuple[float, int, int, float, Product]] = []
@@ -103,7 +96,7 @@ class CellSearch:
             f = min(front, self._unlisted())
             self.bound = max(self.bound, min(f, self.cost))
             if f >= self.cost * (1.0 - SAME):
-                return Status.SOLVED
+                return Status.INFEASIBLE if self._best is None else Status.SOLVED
             if front >= self.cost * (1.0 - SAME):
                 self.given_up = True
                 return Status.BUDGET
@@ -126,64 +119,15 @@ class CellSearch:
 
     def _list_more(self) -> bool:
         """Let the plans of one more regrasp wait; whether they can be listed."""
-        hand, cells = self._hand, self._graph.cells
-        found = list(skeletons(hand.groups(), self._regrasps))
-        most = len(found) * len(cells.faces) ** (hand.count + self._regrasps)
-        if most > MOST_PRODUCTS:
+        found = self._products.begin(self._regrasps)
+        if found is None:
             return False
-        for skeleton in found:
-            for chosen in self._roots(skeleton):
-                product = self._product(skeleton, chosen, None)
-                if product is not None:
-                    self._push(self._key(product), product)
+        diving, self._diving = self._diving, False
+        for product in found:
+            self._push(self._key(product), product)
+        self._diving = diving
         self._regrasps += 1
         return True
-
-    def _roots(self, skeleton: Skeleton) -> Iterator[Tuple]:
-        """Yield the cells that plans of a skeleton begin with."""
-        hand, cells = self._hand, self._graph.cells
-        offered: list[tuple[int, ...]] = []
-        for spot in range(skeleton.spots):
-            finger = skeleton.finger(spot)
-            rows = {hand.start[finger]} if spot < hand.count else {None}
-            if skeleton.is_last(spot):
-                rows.add(hand.goal[finger])
-            wanted = rows - {None}
-            if len(wanted) > 1:
-                return
-            only = next(iter(wanted), None)
-            offered.append(cells.faces if only is None else (cells.point(only),))
-        for chosen in itertools.product(*offered):
-            if all(
-                chosen[a] <= chosen[b]
-                for alike in skeleton.alike
-                for a, b in itertools.pairwise(alike)
-            ):
-                yield chosen
-
-    def _product(self, skeleton: Skeleton, cells: Tuple, parent: Product | None) -> Product | None:
-        """Return a product; None where fingertips must penetrate each other, or what is there."""
-        graph, alike = self._graph, parent
-        sets = [tuple(cells[spot] for spot in leg) for leg in skeleton.legs]
-        free = graph.cells.tables.node_free
-        if not all(free[i, cell, graph.start] for i, cell in enumerate(sets[0])):
-            return None
-        if not all(graph.apart(each) for each in sets):
-            return None
-        legs = [
-            graph.lane(each, None if alike is None else int(alike.legs[m]))
-            for m, each in enumerate(sets)
-        ]
-        rests = [
-            graph.rest(
-                (*sets[m][:finger], LIFTED, *sets[m][finger + 1 :]),
-                None if alike is None else int(alike.rests[m]),
-            )
-            for m, finger in enumerate(skeleton.lifted)
-        ]
-        depth = 0 if alike is None else alike.depth + 1
-        numbers = np.array(legs, dtype=np.int64), np.array(rests, dtype=np.int64)
-        return Product(skeleton, cells, *numbers, depth)
 
     def _push(self, f: float, product: Product) -> None:
         """Let a product wait: of nearly equal keys the one divided most comes first."""
@@ -269,28 +213,18 @@ class CellSearch:
         return True, looks
 
     def _divide(self, product: Product) -> None:
-        """Halve the widest cell of a product."""
-        cells, chosen, skeleton = self._graph.cells, product.cells, product.skeleton
-        widest = max(range(len(chosen)), key=lambda spot: cells.width(chosen[spot]))
-        alike = next((group for group in skeleton.alike if widest in group), (widest,))
-        spots = [spot for spot in alike if chosen[spot] == chosen[widest]]
-        parts = list[tuple[float, Product]]()
-        halves = cells.halves(chosen[widest])
-        for picked in itertools.combinations_with_replacement(halves, len(spots)):
-            replaced = list(chosen)
-            for spot, half in zip(spots, picked, strict=True):
-                replaced[spot] = half
-            part = self._product(skeleton, tuple(replaced), product)
-            if part is not None:
-                parts.append((self._key(part), part))
+        """Let the parts of a product wait; the best of them is followed down in a dive."""
+        parts = sorted(
+            ((self._key(part), part) for part in self._products.divided(product)),
+            key=lambda pair: pair[0],
+        )
+        best = parts.pop(0) if self._diving and parts else None
         diving, self._diving = self._diving, False
-        best = min(range(len(parts)), key=lambda k: parts[k][0], default=-1) if diving else -1
-        for k, (key, part) in enumerate(parts):
-            if k != best:
-                self._push(key, part)
-        if best >= 0:
-            self._diving = True
-            self._push(*parts[best])
+        for key, part in parts:
+            self._push(key, part)
+        if best is not None:
+            self._diving = diving
+            self._push(*best)
 
     def _finish(self, product: Product, steps: IntArray, cost: float) -> None:
         """Take the plan of a product all of whose margins on the way are judged."""

@@ -59,8 +59,13 @@ def part_search(
         closure: the part; None is the whole object graph.
         most: what plans may cost; None is anything.
     """
-    few = set_count(problem) <= FEW_SETS or problem.uncertainty
-    return (LanePart if few else CellPart)(problem, judge, log, report, closure, most)
+    return part_class(problem)(problem, judge, log, report, closure, most)
+
+
+def part_class(problem: Problem) -> type[LanePart] | type[CellPart]:
+    """Return which search suits a problem; bounds over cells know of no uncertainty."""
+    few = set_count(problem) <= FEW_SETS
+    return LanePart if few or problem.uncertainty else CellPart
 
 
 def set_count(problem: Problem) -> int:
@@ -142,7 +147,7 @@ class CellPart:
         self._graph = CellGraph(problem, judge, backend, log.meter.spent, leaving)
         self._beyond = math.inf if closure is None else closure.next
         self._search = CellSearch(problem, judge, self._graph, log, tracer(report), self._beyond)
-        self._lanes = lambda: LanePart(problem, judge, log, report, closure, most)
+        self._instead = problem, judge, log, report, closure, most
         self.exhausted = False
 
     def run(self) -> SearchResult:
@@ -154,7 +159,7 @@ class CellPart:
         finally:
             self._backend.learn = self._backend.pool.add
         proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
-        self.exhausted = status is Status.SOLVED and proven
+        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
         with limits.lifted():
             arcs, legs = search.path()
             moves = moves_along(self._judge, graph, graph.cells.tables.head, arcs, legs)
@@ -164,7 +169,7 @@ class CellPart:
         result = result_of(status, search.cost, search.bound, moves, statistics)
         if not search.given_up:
             return result
-        lanes = self._lanes()
+        lanes = LanePart(*self._instead)
         found = lanes.run()
         self.exhausted = lanes.exhausted
         return cheaper(result, found)

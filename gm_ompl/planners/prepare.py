@@ -25,7 +25,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, box
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.graph import hub_bounds, lane_bounds
+from gm_ompl.graph import cell_bounds, hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
 from gm_ompl.holds.rows import Tables, settle
 from gm_ompl.mechanics import (
@@ -42,6 +42,8 @@ from gm_ompl.mechanics import (
 )
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.cell_cuts import Boxes, CellCuts
+from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
 from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
 from gm_ompl.planners import lane_sources
@@ -87,6 +89,7 @@ def decision() -> None:
     Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
     lanes()
+    cells()
     sweeps()
     decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
 
@@ -196,6 +199,27 @@ def lanes() -> None:
     lane_bounds.spread(0, costs, tables, d.copy(), np.zeros(2, dtype=np.int64))
     lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
     lane_sources.merge(d[:0], none[:0], 0, 0, d, none, rows)
+
+
+def cells() -> None:
+    """Compile what cells of placements need; their bound on z takes the decision's simplex."""
+    side, none = np.zeros((1, 1, 3, 3, 6)), np.zeros(1, dtype=np.int64)
+    side[0, 0, :, 0] = TIPS
+    cuts, boxes = CellCuts(side, F_MAX, DIRECTIONS), Boxes(np.zeros((1, 4)), none)
+    cuts.widen(boxes, 1)
+    cuts.add(0, LOAD, LOAD)
+    tips, w, y = corner_columns(side, none, none, boxes), LOAD.copy(), LOAD.copy()
+    cell_margin(ENV, LOAD, tips, F_MAX, DIRECTIONS, 0.0, w, 1.0, y)
+    tables, _ = _tables(CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS))
+    no, D = np.zeros((1, 1, 1), dtype=np.bool_), np.zeros((1, 2))
+    room = cell_bounds.LaneRoom(none[None], np.ones((1, 1, 1)), no, np.ones((1, 1)), D)
+    resting, steps = cell_bounds.RestRoom(D.copy(), no[0]), np.zeros((2, 3), dtype=np.int64)
+    cell_bounds.renew_lane(0, room, tables, cuts.tables)
+    cell_bounds.renew_rest(D[0], none, np.zeros(2, dtype=np.int64), cuts.tables)
+    cell_bounds.to_go(none, none[:0], room, resting, tables, D, D[:0])
+    cell_bounds.follow(0, none, room, tables, D, D[:0], steps)
+    cell_bounds.weakest(steps[:1], none, none[:0], room, resting, tables)
+    cell_bounds.note(0, 0, 1.0, room, tables)
 
 
 def hubs_and_routes() -> None:

@@ -24,6 +24,8 @@ prepare.edges(), prepare.decision()
 before = compiled.compiled_versions()
 for name, planner in (("slide", "astar"), ("regrasp", "astar"), ("regrasp", "HybridRRTConnect")):
     api.plan(f"paper/{name}", planner, max_iterations=300, time_limit=10.0)
+fine = api.load("paper/regrasp", ["fingers.placements.grid=[13, 13]"])
+api.plan(fine, max_iterations=300, time_limit=10.0)
 missed = compiled.compiled_versions() - before
 print(json.dumps([len(before), sorted(f"{module}.{name}" for module, name, _ in missed)]))
 """
