@@ -28,6 +28,7 @@ class Measured:
     seconds: float  # CPU time of ``plan``, everything included
     megabytes: float  # peak resident memory of its process [MiB]
     nodes: int  # of the manipulation-feasibility graph as the paper counts them
+    regrasps: int | None = None  # in the plan
 
     def cells(self, *names: str) -> list[str]:
         """Return the attributes of these names for a table; "ends" is how the search ended."""
@@ -62,6 +63,7 @@ def measured(
         status=plan.status,
         optimal=plan.optimal,
         cost=plan.cost,
+        regrasps=plan.regrasps,
         expanded=plan.statistics.expanded,
         decisions=plan.statistics.mode_decisions,
         seconds=seconds,

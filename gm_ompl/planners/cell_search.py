@@ -37,7 +37,10 @@ RISEN: Final = 1e-3
 """A key that has risen by this, relatively, is not divided before it comes first again."""
 
 FIRST_DIVE: Final = 64
-"""Products after which one is followed down to single placements, again after half as many more."""
+"""Products after which one is followed down to single placements."""
+
+DEEP: Final = 4
+"""A dive takes no more than one in so many products."""
 
 
 @final
@@ -67,8 +70,10 @@ class CellSearch:
         self._log, self._trace, self._beyond = log, trace, beyond
         self._air = CellAir(problem, judge, graph)
         self._open: list[tuple[float, int, int, float, Product]] = []
-        self._next: tuple[float, Product] | None = None
-        self._regrasps, self._dive_at, self._diving = 0, FIRST_DIVE, False
+        self._next: tuple[float, Product] | None = None  # followed down
+        self._aside: list[tuple[float, Product]] = []  # what a dive has passed by: it waits, too
+        self._ahead: set[Product] = set()  # what a dive took from there
+        self._regrasps, self._dive_at, self._dive_ends = 0, FIRST_DIVE, 0
         self._best: tuple[Product, IntArray] | None = None
         self._D: Array = np.empty((0, 0))
         self._lift: Array = np.empty((0, 0))
@@ -109,6 +114,8 @@ class CellSearch:
             self._advance()
 
     def _front(self) -> float:
+        while self._open and self._open[0][4] in self._ahead:
+            self._ahead.remove(heapq.heappop(self._open)[4])
         waiting = self._open[0][3] if self._open else math.inf
         return waiting if self._next is None else min(waiting, self._next[0])
 
@@ -122,23 +129,43 @@ class CellSearch:
         found = self._products.begin(self._regrasps)
         if found is None:
             return False
-        diving, self._diving = self._diving, False
         for product in found:
-            self._push(self._key(product), product)
-        self._diving = diving
+            self._wait(self._key(product), product)
         self._regrasps += 1
         return True
 
-    def _push(self, f: float, product: Product) -> None:
+    def _wait(self, f: float, product: Product) -> None:
         """Let a product wait: of nearly equal keys the one divided most comes first."""
-        if f >= self.cost * (1.0 - SAME):
-            return
-        if self._diving:
+        if f < self.cost * (1.0 - SAME):
+            self.generated += 1
+            key = float(f"{f:.9g}")
+            heapq.heappush(self._open, (key, -product.depth, self.generated, f, product))
+
+    def _put_back(self, f: float, product: Product) -> None:
+        """Let a product that was treated wait; in a dive it is treated again at once."""
+        if self.expanded >= self._dive_ends:
+            self._wait(f, product)
+        elif f < self.cost * (1.0 - SAME):
             self._next = f, product
-            return
-        self.generated += 1
-        key = float(f"{f:.9g}")
-        heapq.heappush(self._open, (key, -product.depth, self.generated, f, product))
+
+    def _take(self) -> tuple[float, Product]:
+        """Return what comes first, or what a dive comes to next, with its key."""
+        if self._next is None and self.expanded < self._dive_ends:
+            while self._aside and self._next is None:
+                f, product = self._aside.pop()
+                if f < self.cost * (1.0 - SAME):
+                    self._next = f, product
+                    self._ahead.add(product)
+        if self._next is None:
+            if self.expanded >= self._dive_at:
+                self._aside.clear()
+                self._dive_ends = self.expanded + max(FIRST_DIVE, self.expanded // DEEP)
+                self._dive_at = 2 * self._dive_ends
+            self._front()
+            _, _, _, f, product = heapq.heappop(self._open)
+            return f, product
+        taken, self._next = self._next, None
+        return taken
 
     def _key(self, product: Product) -> float:
         """Return a lower bound on every plan in a product."""
@@ -160,17 +187,11 @@ class CellSearch:
 
     def _advance(self) -> None:
         """Treat what comes first, or what is being followed down."""
-        if self._next is None:
-            self._diving = self.expanded >= self._dive_at
-            if self._diving:
-                self._dive_at = max(self.expanded + FIRST_DIVE, self.expanded * 3 // 2)
-            _, _, _, f, product = heapq.heappop(self._open)
-        else:
-            (f, product), self._next = self._next, None
+        f, product = self._take()
         self.expanded += 1
         now = self._renewed(product)
         if now > f * (1.0 + SAME):
-            self._push(now, product)
+            self._put_back(now, product)
             return
         steps = self._steps(product)
         exact = all(self._graph.cells.row(cell) >= 0 for cell in product.cells)
@@ -181,7 +202,7 @@ class CellSearch:
             return
         risen = self._renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
-            self._push(risen, product)
+            self._put_back(risen, product)
         elif risen < self.cost * (1.0 - SAME):
             self._divide(product)
 
@@ -218,22 +239,21 @@ class CellSearch:
             ((self._key(part), part) for part in self._products.divided(product)),
             key=lambda pair: pair[0],
         )
-        best = parts.pop(0) if self._diving and parts else None
-        diving, self._diving = self._diving, False
-        for key, part in parts:
-            self._push(key, part)
-        if best is not None:
-            self._diving = diving
-            self._push(*best)
+        dives = self.expanded < self._dive_ends
+        if dives and parts:
+            self._put_back(*parts.pop(0))
+        for key, part in reversed(parts):
+            self._wait(key, part)
+            if dives:
+                self._aside.append((key, part))
 
     def _finish(self, product: Product, steps: IntArray, cost: float) -> None:
         """Take the plan of a product all of whose margins on the way are judged."""
-        self._diving = False
         instead = self._air.doubted(product, steps)
         if instead is product:
-            self.cost, self._best = cost, (product, steps.copy())
+            self.cost, self._best, self._dive_ends = cost, (product, steps.copy()), 0
         elif instead is not None:
-            self._push(self._renewed(instead), instead)
+            self._put_back(self._renewed(instead), instead)
 
     def path(self) -> tuple[tuple[int, ...], list[Leg]]:
         """Return the best plan's arcs, and its legs along them; both empty without one."""

@@ -137,8 +137,9 @@ def test_finer_grids_that_contain_coarser_ones_cost_no_more(over_cells: Choose) 
         solve(load("paper/tumble", [f"fingers.placements.grid=[{m}, {m}]"]).problem).cost
         for m in (3, 9, 27)
     ]
-    assert all(cost is not None for cost in costs)
-    assert costs == sorted(costs, reverse=True)
+    known = [cost for cost in costs if cost is not None]
+    assert len(known) == 3
+    assert known == sorted(known, reverse=True)
 
 
 def test_a_search_that_is_stopped_knows_a_bound(over_cells: Choose) -> None:
