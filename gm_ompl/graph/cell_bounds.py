@@ -166,6 +166,23 @@ def weakest(
 
 
 @compiled
+def least_margin(
+    steps: IntArray, legs: IntArray, rests: IntArray, room: LaneRoom, resting: RestRoom,
+    tables: Tables,
+) -> float:  # fmt: skip
+    """Return the least upper bound on the margins of a way."""
+    least = np.inf
+    for i in range(len(steps)):
+        m, arc = steps[i, 0], steps[i, 1]
+        if arc == REGRASP:
+            least = min(least, resting.z[rests[m], steps[i, 2]])
+        else:
+            for j in range(tables.states.shape[1]):
+                least = min(least, room.z[legs[m], tables.kind[arc], j])
+    return least
+
+
+@compiled
 def note(lane: int, state: int, z: float, room: LaneRoom, tables: Tables) -> None:
     """Take a lane's margin at a contact state into account."""
     states = tables.states

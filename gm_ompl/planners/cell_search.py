@@ -17,7 +17,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cell_bounds import REGRASP, follow, to_go, weakest
+from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go, weakest
 from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.cell_products import Product, Products
 from gm_ompl.holds.extraction import Leg
@@ -234,18 +234,25 @@ class CellSearch:
         return True, looks
 
     def _divide(self, product: Product) -> None:
-        """Let the parts of a product wait; the best of them is followed down in a dive."""
-        parts = sorted(
-            ((self._key(part), part) for part in self._products.divided(product)),
-            key=lambda pair: pair[0],
-        )
-        dives = self.expanded < self._dive_ends
+        """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
+        dives, parts = self.expanded < self._dive_ends, list[tuple[float, float, Product]]()
+        for part in self._products.divided(product):
+            key = self._key(part)
+            if key < self.cost * (1.0 - SAME):
+                parts.append((self._margin(part) if dives else 0.0, key, part))
+        parts.sort(key=lambda each: (-each[0], each[1]))
         if dives and parts:
-            self._put_back(*parts.pop(0))
-        for key, part in reversed(parts):
+            self._put_back(*parts.pop(0)[1:])
+        for _, key, part in reversed(parts):
             self._wait(key, part)
             if dives:
                 self._aside.append((key, part))
+
+    def _margin(self, product: Product) -> float:
+        """Return the least margin on the way of the product whose key was asked last."""
+        graph, steps = self._graph, self._steps(product)
+        lanes, resting, tables = graph.lanes, graph.resting, graph.cells.tables
+        return least_margin(steps, product.legs, product.rests, lanes, resting, tables)
 
     def _finish(self, product: Product, steps: IntArray, cost: float) -> None:
         """Take the plan of a product all of whose margins on the way are judged."""

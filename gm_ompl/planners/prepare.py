@@ -219,6 +219,7 @@ def cells() -> None:
     cell_bounds.to_go(none, none[:0], room, resting, tables, D, D[:0])
     cell_bounds.follow(0, none, room, tables, D, D[:0], steps)
     cell_bounds.weakest(steps[:1], none, none[:0], room, resting, tables)
+    cell_bounds.least_margin(steps[:1], none, none[:0], room, resting, tables)
     cell_bounds.note(0, 0, 1.0, room, tables)
 
 
