@@ -1,4 +1,4 @@
-"""``python -m docs.tables.cells [PAGE]``: optimal costs and times on ever finer grids of placements.
+"""``python -m docs.tables.cells [PAGE]``: optimal costs and times on ever finer grids.
 
 Each row is a search in a new process, made twice; the second counts. Takes about five minutes on
 one core.
