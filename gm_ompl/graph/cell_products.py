@@ -16,7 +16,7 @@ from gm_ompl.graph.skeletons import Skeleton, skeletons
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.problem import Fingers
 
-MOST_PRODUCTS: Final = 40_000
+MOST_PRODUCTS: Final = 20_000
 """Products that plans of one more regrasp may begin with."""
 
 MOST_REGRASPS: Final = 3
