@@ -26,6 +26,7 @@ from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
 from gm_ompl.scenario.motions import make_motion, rotation_matrix
+from gm_ompl.scenario.robot_hand import check_hand, make_hand, with_found_files
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 from gm_ompl.scenario.uncertain import make_uncertainty
@@ -63,6 +64,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
         ScenarioError: the shapes, faces or poses make no usable problem.
     """
     notes = Notes(document)
+    model = with_found_files(model, notes)
     made = notes.attempt(("object", "shape"), lambda: _object(model))
     obstacles = _obstacles(model, notes)
     notes.stop()
@@ -73,6 +75,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
     ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
     moving = (make_motion if model.motion.free is None else make_free)(model, ground, notes)
     fingers = make_fingers(model, body, notes)
+    hand = make_hand(model.hand, model.fingers.count, notes)
     notes.stop()
     assert moving is not None
     assert fingers is not None
@@ -95,8 +98,11 @@ def build(model: ScenarioModel, document: Document) -> Built:
         ),
         cost=CostSettings(**model.cost.model_dump()),
         uncertainty=_uncertainty(model, body, fingers, notes),
+        hand=hand,
     )
     _check_poses(problem, notes)
+    notes.stop()
+    check_hand(problem, notes)
     notes.stop()
     filled = model.model_copy(update={"motion": moving.model})
     return Built(problem, filled, tuple(ground.warnings))
