@@ -157,7 +157,7 @@ class HandModel:
         every = np.sum(self.chains, axis=0)
         self.own: tuple[BoolArray, ...] = tuple(chain & (every == 1) for chain in self.chains)
         self._owner = self._owners()
-        self._tip_bodies = {int(model.site_bodyid[site]) for site in self._sites}
+        self._tip_bodies = {int(model.site_bodyid[s]): i for i, s in enumerate(self._sites)}
         self._jacobian, self._turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
     def _chain(self, site: int) -> BoolArray:
@@ -212,11 +212,11 @@ class HandModel:
         )
         return np.array(self._jacobian[:, self._v])
 
-    def hit(self, touch: float, fingers: Iterable[int] | None = None) -> Hit | None:
+    def hit(self, touch: Array, fingers: Iterable[int] | None = None) -> Hit | None:
         """Return two bodies that penetrate each other, as placed; None where all are clear.
 
         Args:
-            touch: how deep a fingertip's own link may be in the object [m].
+            touch: (n,), how deep a fingertip's own link may be in the object [m].
             fingers: only what belongs to these and to no finger alone; all by default.
         """
         self._mujoco.mj_collision(self.model, self.data)
@@ -233,8 +233,8 @@ class HandModel:
             bodies = [int(self.model.geom_bodyid[g]) for g in (a, b)]
             if min(owners) > WORLD and self._joined(*bodies):
                 continue
-            tip = OBJECT in owners and any(body in self._tip_bodies for body in bodies)
-            if gap < (-touch if tip else 0.0):
+            tips = [self._tip_bodies[body] for body in bodies if body in self._tip_bodies]
+            if gap < (-touch[tips[0]] if tips and OBJECT in owners else 0.0):
                 names = (self._name(a), self._name(b))
                 return Hit(*owners, names, -gap)
         return None

@@ -60,7 +60,7 @@ class HandReach:
         target = pose.apply(self.centres[finger][row])
         for q in self.kinematics.solutions(finger, target, self.model.spec.home):
             self.model.place(q, pose)
-            if self.model.hit(float(self.touch[finger]), (finger,)) is None:
+            if self.model.hit(self.touch, (finger,)) is None:
                 return (q,)
         return ()
 

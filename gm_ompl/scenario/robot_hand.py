@@ -73,7 +73,7 @@ def check_hand(problem: Problem, notes: Notes) -> None:
     if fixed is not None:
         notes.add(("hand", "base"), f"there {fixed[0]} stands in {fixed[1]}; move the base")
         return
-    hit = model.hit(0.0)
+    hit = model.hit(np.zeros(problem.fingers.count))
     if hit is not None:
         deep = f"{1000 * hit.depth:.3g} mm deep"
         text = f"there {hit.names[0]} is in {hit.names[1]}, {deep}; move the base or the home"
