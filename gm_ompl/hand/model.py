@@ -212,6 +212,11 @@ class HandModel:
         )
         return np.array(self._jacobian[:, self._v])
 
+    def turning(self, finger: int) -> Array:
+        """Return (3, k), how a fingertip's link turns with the hinges; after ``jacobian``."""
+        self.jacobian(finger)
+        return np.array(self._turn[:, self._v])
+
     def hit(self, touch: Array, fingers: Iterable[int] | None = None) -> Hit | None:
         """Return two bodies that penetrate each other, as placed; None where all are clear.
 

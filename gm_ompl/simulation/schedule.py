@@ -15,6 +15,7 @@ from gm_ompl.planfile.arcs import pose_before
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
+from gm_ompl.simulation.hand_ways import AirWay, HandWays
 from gm_ompl.simulation.segments import Run, commanded, runs
 from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, between, joined, progress, ramp
 from gm_ompl.simulation.transit import TOUCHING, Transit
@@ -55,6 +56,7 @@ class _Scheduler:
         self.timelines: list[Timeline] = []
         self.notes: list[str] = []
         first, n = plan.steps[0], problem.fingers.count
+        hand = None if plan.hand is None else HandWays(plan.hand, problem, dt)
         z = first.z if isinstance(first, RegraspStep) else first.segments[0].z
         self.pose = pose_before(plan, 0, problem)
         self.points = np.array([place.point for place in first.placements])
@@ -72,12 +74,17 @@ class _Scheduler:
             step=-1,
             segment=-1,
             z=z,
+            joints=np.full(0 if hand is None else len(hand.spec.joints), np.nan),
         )
+        self.hand = hand
 
     def run(self) -> Timeline:
         everyone = np.ones(self.problem.fingers.count, dtype=bool)
-        offs = self._offs(everyone)
-        self._rest("settle", self.pace.settle, off=offs)
+        if self.hand is None:
+            offs = self._offs(everyone)
+            self._rest("settle", self.pace.settle, off=offs)
+        else:
+            offs = self._from_home(self.hand)
         self._land("approach", everyone, offs)
         for part in self.parts:
             if isinstance(part, list):
@@ -85,7 +92,36 @@ class _Scheduler:
             else:
                 self._regrasp(*part)
         self._rest("settle", self.pace.settle)
-        return joined(self.timelines)
+        if self.hand is None:
+            return joined(self.timelines)
+        self._go_home(self.hand)
+        return self.hand.followed(joined(self.timelines))
+
+    def _from_home(self, hand: HandWays) -> Array:
+        """Bring the hand from home; return how the fingers stand off then, as ``_offs`` does."""
+        way = hand.approach()
+        at_home = np.tile(way.joints[0], (self._samples(self.pace.settle), 1))
+        self._fly("settle", AirWay(at_home, np.tile(way.tips[0], (len(at_home), 1, 1))))
+        self._fly("transit", way)
+        return self._standing(way.tips[-1])
+
+    def _go_home(self, hand: HandWays) -> None:
+        """Lift all fingers and bring the hand home."""
+        way, now = hand.retreat(), self.now
+        self._switch(now.force_share > 0, np.minimum(self.touch, now.f_com), np.zeros_like(now.lean))
+        now.down, now.force_share = np.zeros_like(now.down), np.zeros_like(now.force_share)
+        rising = ramp(self._samples(self.pace.lift))
+        self._rest("lift", self.pace.lift, np.multiply.outer(rising, self._standing(way.tips[0])))
+        self._fly("transit", way)
+
+    def _standing(self, tips: Array) -> Array:
+        """Return (n, 3), how fingertips' centres (n, 3), world frame, stand off, object frame."""
+        touching = self.points - self.problem.fingers.radius[:, None] * self.normals
+        off: Array = self.pose.to_object(tips) - touching
+        return off
+
+    def _fly(self, phase: str, way: AirWay) -> None:
+        self._add(phase, [self.pose] * len(way.joints), way.tips, joints=way.joints)
 
     def _samples(self, seconds: float) -> int:
         return max(2, round(seconds / self.dt))
@@ -172,14 +208,32 @@ class _Scheduler:
         chosen = np.arange(len(force)) == i
         now.down = now.down & ~chosen
         rising = ramp(self._samples(pace.lift))
-        way = self._way(step)
+        air = None if self.hand is None else self.hand.regrasp(number)
+        way = self._way(step) if air is None else self._ends(step, air)
         stands = self.pose.to_object(way)
         off, on = np.where(chosen[:, None], stands[[[1], [-2]]] - stands[[[0], [-1]]], 0.0)
         self._rest("lift", pace.lift, off=np.multiply.outer(rising, off))
         now.limit[i], now.f_com[i] = self.touch, 0.0
         self.points[i], self.normals[i] = np.array(step.to.point), np.array(step.to.normal)
-        self._bring(i, way[1:-1])
+        if air is None:
+            self._bring(i, way[1:-1])
+        else:
+            self._add("transit", [self.pose] * len(air.joints), self._only(i, air.tips[:, i]))
         self._land("land", chosen, on)
+
+    def _ends(self, step: RegraspStep, air: AirWay) -> Array:
+        """Return where a finger touches, stands off, does so elsewhere and touches, (4, 3)."""
+        i, radius = step.finger, self.problem.fingers.radius[step.finger]
+        touching = [np.array(p.point) - radius * np.array(p.normal) for p in (step.from_, step.to)]
+        first, last = self.pose.apply(np.array(touching))
+        return np.array([first, air.tips[0, i], air.tips[-1, i], last])
+
+    def _only(self, i: int, way: Array) -> Array:
+        """Return centres (K, n, 3) of which one finger's goes its ``way`` (K, 3), others stay."""
+        touching = self.points - self.problem.fingers.radius[:, None] * self.normals
+        centres = np.tile(self.pose.apply(touching), (len(way), 1, 1))
+        centres[:, i] = way
+        return centres
 
     def _way(self, step: RegraspStep) -> Array:
         """Return a regrasp's way, world frame: as it is planned, or one that is found here."""
@@ -202,7 +256,7 @@ class _Scheduler:
             if length > 0
         ]
         path = np.concatenate(legs) if legs else corners[:1]
-        self._add("transit", [self.pose] * len(path), path=(i, path))
+        self._add("transit", [self.pose] * len(path), self._only(i, path))
 
     def _transit(self) -> Transit:
         height = self.pace.clearance * self.size
@@ -242,13 +296,14 @@ class _Scheduler:
         self,
         phase: str,
         way: Sequence[Pose],
-        path: tuple[int, Array] | None = None,
+        centres: Array | None = None,
         off: Array | float = 0.0,
         **arrays: Array | BoolArray,
     ) -> None:
         """Append instants at the K poses ``way``; what is not given stays as it is.
 
-        Fingertips are ``off`` (K, n, 3) where they touch, object frame.
+        Fingertips are ``off`` (K, n, 3) where they touch, object frame, or at ``centres``
+        (K, n, 3), world frame.
         """
         K = len(way)
         position = np.array([pose.position for pose in way])
@@ -256,8 +311,8 @@ class _Scheduler:
         local = self.points - self.problem.fingers.radius[:, None] * self.normals
         local = local + np.broadcast_to(off, (K, *local.shape))
         centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
-        if path is not None:
-            centre[:, path[0]] = path[1]
+        if centres is not None:
+            centre = centres
         fields: dict[str, Any] = {}
         for name, value in {**vars(self.now), "phase": PHASES.index(phase)}.items():
             still = np.asarray(value)

@@ -67,8 +67,8 @@ def joint_way(
     definition.setStartAndGoalStates(*ends)
     planner = og.RRTConnect(information)
     planner.setProblemDefinition(definition)
-    planner.setup()
     with silence():
+        planner.setup()
         found = planner.solve(ob.PlannerTerminationCondition(over))
         if not found or not definition.hasExactSolution():
             return None
