@@ -34,9 +34,12 @@ def execute_command(request: ExecuteVerb) -> Exit:
         from gm_ompl.viz.figures import draw_execution
 
         draw_execution(measured, plot)
+    with_hand = setup.problem.hand is not None
+    if with_hand and request.probe:
+        note("margins are not probed: z counts on fingers that give way to nothing; motors do")
     reached = largest(setup, request.largest, request.seed) if request.largest else ()
     tried: dict[str, PulseReport | VariationReport | None] = {
-        "probes": probe(setup, request.probe) if request.probe else None,
+        "probes": probe(setup, request.probe) if request.probe and not with_hand else None,
         "disturbances": disturb(setup, request.disturb, request.trials, request.seed)
         if request.disturb else None,
         "variation": vary(setup, request.vary / 100.0, request.trials, request.seed)

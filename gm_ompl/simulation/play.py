@@ -157,7 +157,8 @@ class Player:
     def _step(self, k: int, wrench: Wrench | None) -> None:
         line, here = self._si, self.physics
         if self.robot is not None:
-            self.robot.aim(line.joints[k], line.joint_speed[k])
+            arms = self.world.radius[:, None] * line.normal[k]
+            self.robot.aim(line.joints[k], line.joint_speed[k], arms)
         forces = self.servo.forces(k, here.centres, here.velocities)
         disturbance = None if wrench is None else wrench(self.instant, here.quaternion)
         here.step(forces, self.timeline.quaternion[k], line.own_spin[k], disturbance)

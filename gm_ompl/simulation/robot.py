@@ -55,6 +55,7 @@ class Robot(Physics):
         self._tips = [model.geom(f"tip{i}").id for i in range(len(world.radius))]
         self._jacobian = np.zeros((len(self._tips), 3, model.nv))
         self._aim, self._rate = joints, np.zeros(len(joints))
+        self._lever, self._arms = np.zeros_like(self._jacobian), np.zeros((len(self._tips), 3))
         self._links = self._geoms < 0
         self._links &= [model.body(b).name.startswith(HAND) for b in model.geom_bodyid]
         self.used, self.touched = np.zeros(len(joints)), set[tuple[str, str]]()
@@ -64,12 +65,12 @@ class Robot(Physics):
         self._look()
 
     def _look(self) -> None:
-        """Compute how fingertips move with the hinges."""
+        """Compute how fingertips' centres and points of contact move with the hinges."""
+        model, data = self.model, self.data
         for i, geom in enumerate(self._tips):
-            body = int(self.model.geom_bodyid[geom])
-            self._mujoco.mj_jac(
-                self.model, self.data, self._jacobian[i], None, self.data.geom_xpos[geom], body
-            )
+            body, centre = int(model.geom_bodyid[geom]), data.geom_xpos[geom]
+            self._mujoco.mj_jac(model, data, self._jacobian[i], None, centre, body)
+            self._mujoco.mj_jac(model, data, self._lever[i], None, centre + self._arms[i], body)
 
     @property
     def centres(self) -> Array:
@@ -81,9 +82,13 @@ class Robot(Physics):
         """(n, 3), of the fingertips' centres."""
         return np.asarray(self._jacobian @ self.data.qvel)
 
-    def aim(self, joints: Array, rate: Array) -> None:
-        """Say where the hinges should be, (k,), and how fast they should turn [rad/s]."""
-        self._aim, self._rate = joints, rate
+    def aim(self, joints: Array, rate: Array, arms: Array) -> None:
+        """Say where the hinges should be, (k,), and how fast they should turn [rad/s].
+
+        Forces act at ``arms`` (n, 3) from the fingertips' centres [m], world frame: where they
+        touch. A finger of three hinges cannot choose the moment of a force on its fingertip.
+        """
+        self._aim, self._rate, self._arms = joints, rate, arms
 
     def step(
         self, forces: Array, quaternion: Array, spin: Array, wrench: Array | None = None
@@ -94,7 +99,7 @@ class Robot(Physics):
         off = self._aim - data.qpos[self._rows]
         slower = self._rate - data.qvel[self._columns]
         torque = data.qfrc_bias[self._columns] + most * (HOLD * off + CALM * slower)
-        torque += np.einsum("ijk,ij->k", self._jacobian[:, :, self._columns], forces)
+        torque += np.einsum("ijk,ij->k", self._lever[:, :, self._columns], forces)
         data.qfrc_applied[self._columns] = np.clip(torque, -most, most)
         self.used = np.maximum(self.used, np.abs(torque) / most)
         self.disturb(wrench)

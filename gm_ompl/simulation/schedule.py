@@ -103,7 +103,15 @@ class _Scheduler:
         at_home = np.tile(way.joints[0], (self._samples(self.pace.settle), 1))
         self._fly("settle", AirWay(at_home, np.tile(way.tips[0], (len(at_home), 1, 1))))
         self._fly("transit", way)
-        return self._standing(way.tips[-1])
+        return self._lowered("approach", self._standing(way.tips[-1]))
+
+    def _lowered(self, phase: str, offs: Array) -> Array:
+        """Bring fingers from ``offs`` (n, 3) nearer, from where they come down slowly."""
+        far = np.linalg.norm(offs, axis=1, keepdims=True)
+        near = np.minimum(1.0, self.pace.clearance * self.size / np.maximum(far, 1e-12)) * offs
+        falling = 1.0 - ramp(self._samples(self.pace.lift))
+        self._rest(phase, self.pace.lift, near + falling[:, None, None] * (offs - near))
+        return near
 
     def _go_home(self, hand: HandWays) -> None:
         """Lift all fingers and bring the hand home."""
@@ -219,6 +227,7 @@ class _Scheduler:
             self._bring(i, way[1:-1])
         else:
             self._add("transit", [self.pose] * len(air.joints), self._only(i, air.tips[:, i]))
+            on = self._lowered("land", on)
         self._land("land", chosen, on)
 
     def _ends(self, step: RegraspStep, air: AirWay) -> Array:
