@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -124,9 +125,7 @@ class JointCheck:
         """Judge the way from home."""
         self._air_to(np.array(self._record.approach), pose, placements, found)
 
-    def retreat(
-        self, pose: Pose, placements: tuple[PlacementRecord, ...], found: Findings
-    ) -> None:
+    def retreat(self, pose: Pose, placements: tuple[PlacementRecord, ...], found: Findings) -> None:
         """Judge the way home."""
         last = self._record.steps[-1][-1]
         self._same(self._record.retreat[0], last, "the retreat begins", found)
@@ -158,7 +157,7 @@ class JointCheck:
     ) -> None:
         """Judge the ways between rows: who holds stays, nothing is in anything."""
         holding = [i for i in range(len(held)) if i not in moving]
-        for a, b in zip(rows, rows[1:], strict=False):
+        for a, b in itertools.pairwise(rows):
             looks = max(1, int(np.ceil(np.abs(b - a).max() / self._allowed.look)))
             for k in range(looks + 1):
                 q = a + k / looks * (b - a)

@@ -1,7 +1,7 @@
 """A hand as Pinocchio and coal see it: the door to both.
 
-Planners use MuJoCo. Here the same file is read by another library, fingertips are where its forward
-kinematics puts them, and its collision library says how far links are from what they must not touch.
+Planners use MuJoCo. Here the same file is read by another library: fingertips are where its forward
+kinematics puts them, and its collision library says how deep links are in what they must not touch.
 """
 
 from __future__ import annotations
@@ -31,9 +31,7 @@ class SecondHand:
         MissingExtraError: Pinocchio is not installed.
     """
 
-    def __init__(
-        self, spec: HandSpec, body: Body, obstacles: Sequence[Body], floor: bool
-    ) -> None:
+    def __init__(self, spec: HandSpec, body: Body, obstacles: Sequence[Body], floor: bool) -> None:
         try:
             import coal
             import pinocchio

@@ -186,7 +186,7 @@ class Judge:
         return NodeGeometry(True, tuple(masks[shape] for shape in shapes))
 
     def refuse(self, arc: Arc | None, pose: Pose, finger: int, row: int) -> None:
-        """Take a finger off a placement along an arc and beside a pose: joint paths found no way."""
+        """Take a finger off a placement along an arc and beside a pose: its joints found no way."""
         assert self.hand is not None
         self.hand.refuse(None if arc is None else arc.key, pose, finger, row)
         self._nodes.clear()

@@ -16,10 +16,8 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.errors import HandError, MissingExtraError, did_you_mean
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
-from gm_ompl.hand.spec import HandSpec, Tip
-
-HAND: Final = "hand/"
-"""Before the names of everything that the hand's file names."""
+from gm_ompl.hand.scene import HAND, scene
+from gm_ompl.hand.spec import HandSpec
 
 SHARED: Final = -1
 """Owner of what belongs to no finger alone: a common arm, the base."""
@@ -146,7 +144,9 @@ class HandModel:
     ) -> None:
         self._mujoco = mujoco()
         self.spec, self.count = spec, len(spec.tips)
-        self.model = _scene(self._mujoco, spec, body, obstacles, floor)
+        self.model = scene(
+            self._mujoco, parsed(spec.path, spec.text), spec, (body, obstacles, floor)
+        )
         self.data = self._mujoco.MjData(self.model)
         model = self.model
         self._q = np.array([model.joint(HAND + name).qposadr[0] for name in spec.joints])
@@ -266,43 +266,3 @@ class HandModel:
     def _name(self, geom: int) -> str:
         body = self.model.body(int(self.model.geom_bodyid[geom])).name
         return str(self.model.geom(geom).name if body == "world" else body.removeprefix(HAND))
-
-
-def _scene(
-    library: Any, spec: HandSpec, body: Body, obstacles: Sequence[Body], floor: bool
-) -> Any:
-    """Return the compiled model of a hand, an object and obstacles."""
-    scene = library.MjSpec()
-    scene.compiler.degree = False
-    base = scene.worldbody.add_frame(pos=spec.base.position, quat=spec.base.quaternion())
-    hand = parsed(spec.path, spec.text)
-    for geom in hand.geoms:
-        geom.contype, geom.conaffinity = (1, 3) if geom.contype or geom.conaffinity else (0, 0)
-    scene.attach(hand, prefix=HAND, frame=base)
-    for i, tip in enumerate(spec.tips):
-        _site(scene, i, tip)
-    free = scene.worldbody.add_body(name="object")
-    free.add_freejoint(name="object")
-    for k, piece in enumerate(body.pieces):
-        _hull(library, scene, free, f"piece {k} of the object", piece.vertices)
-    parts = [piece for obstacle in obstacles for piece in obstacle.pieces]
-    for k, piece in enumerate(parts):
-        _hull(library, scene, scene.worldbody, f"obstacle {k}", piece.vertices)
-    if floor:
-        scene.worldbody.add_geom(
-            name="the floor", type=library.mjtGeom.mjGEOM_PLANE, size=[1, 1, 1],
-            contype=2, conaffinity=0,
-        )  # fmt: skip
-    return scene.compile()
-
-
-def _site(scene: Any, number: int, tip: Tip) -> None:
-    scene.body(HAND + tip.link).add_site(name=f"tip{number}", pos=tip.offset)
-
-
-def _hull(library: Any, scene: Any, body: Any, name: str, vertices: Array) -> None:
-    scene.add_mesh(name=name, uservert=vertices.ravel().tolist())
-    body.add_geom(
-        name=name, type=library.mjtGeom.mjGEOM_MESH, meshname=name, contype=2, conaffinity=0,
-        mass=0.1,
-    )  # fmt: skip

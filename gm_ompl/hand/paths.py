@@ -33,7 +33,7 @@ class JointPaths:
         object.__setattr__(self, "moves", moves)
 
 
-class Refusal(NamedTuple):
+class JointRefusal(NamedTuple):
     """Why there are no joint paths along moves.
 
     Attributes:

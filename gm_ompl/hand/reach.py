@@ -75,7 +75,9 @@ class HandReach:
         reached.flags.writeable = False
         return reached
 
-    def along(self, key: Hashable, poses: Sequence[Pose], finger: int, free: BoolArray) -> BoolArray:
+    def along(
+        self, key: Hashable, poses: Sequence[Pose], finger: int, free: BoolArray
+    ) -> BoolArray:
         """Return which of the placements ``free`` (P,) a finger reaches all along an arc.
 
         Args:

@@ -8,16 +8,16 @@ place where there was a choice.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.hand.paths import JointPaths, Refusal
+from gm_ompl.hand.paths import JointPaths, JointRefusal
 from gm_ompl.planners.joint_transit import Transits
 from gm_ompl.problem import Displacement, Move, Placements, Regrasp
 
@@ -50,11 +50,11 @@ class JointPlanner:
         self._transits = Transits(judge.hand, judge.problem.fingers, rng)
         self._every = np.ones(len(self._model.spec.joints), dtype=bool)
         self._all = tuple(range(self._model.count))
-        self._deepest = Refusal(-1, 0.0, 0, "")
+        self._deepest = JointRefusal(-1, 0.0, 0, "")
 
-    def paths(self, moves: Sequence[Move]) -> JointPaths | Refusal:
+    def paths(self, moves: Sequence[Move]) -> JointPaths | JointRefusal:
         """Return joint paths along ``moves``, or why there are none."""
-        self._deepest = Refusal(-1, 0.0, 0, "")
+        self._deepest = JointRefusal(-1, 0.0, 0, "")
         problem, spec = self._judge.problem, self._model.spec
         first = moves[0]
         pose = first.arc.start if isinstance(first, Displacement) else first.pose
@@ -68,20 +68,20 @@ class JointPlanner:
             else:
                 approach = self._transits.home(pose, first.placements, q)
             if approach is None:
-                self._failed(Refusal(0, 0.0, self._all[-1], "finds no way from home"))
+                self._failed(JointRefusal(0, 0.0, self._all[-1], "finds no way from home"))
                 continue
             where, last = _end(moves[-1])
             retreat = self._transits.home(where, last, rows[-1][-1])
             if retreat is None:
                 why = "finds no way home"
-                self._failed(Refusal(len(moves) - 1, 1.0, self._all[-1], why))
+                self._failed(JointRefusal(len(moves) - 1, 1.0, self._all[-1], why))
                 continue
             return JointPaths(spec.joints, approach, tuple(rows), retreat[::-1])
         if self._deepest.move < 0:
-            return Refusal(0, 0.0, self._all[-1], "has no configuration beside the others")
+            return JointRefusal(0, 0.0, self._all[-1], "has no configuration beside the others")
         return self._deepest
 
-    def _failed(self, refusal: Refusal) -> None:
+    def _failed(self, refusal: JointRefusal) -> None:
         if (refusal.move, refusal.share) >= (self._deepest.move, self._deepest.share):
             self._deepest = refusal
 
@@ -147,7 +147,7 @@ class JointPlanner:
             new = self._solver.follow(ahead, self._all, targets, self._every)
             who, why = self._wrong(rows[-1], new, targets, pose)
             if new is None or why:
-                self._failed(Refusal(number, t, who, why))
+                self._failed(JointRefusal(number, t, who, why))
                 return None
             rows.append(new)
         return np.array(rows)
@@ -161,9 +161,7 @@ class JointPlanner:
         count = max(2, len(move.segments), int(np.ceil(length / stride)))
         return [(k + 1) / count for k in range(count)]
 
-    def _wrong(
-        self, old: Array, new: Array | None, targets: Array, pose: Pose
-    ) -> tuple[int, str]:
+    def _wrong(self, old: Array, new: Array | None, targets: Array, pose: Pose) -> tuple[int, str]:
         """Return who cannot go on from ``old`` to ``new``, and why; no reason where all can."""
         if new is None:
             for i in self._all:
@@ -197,7 +195,7 @@ class JointPlanner:
             if rows is not None:
                 yield rows
         why = "finds no way through the air" if reached else "does not reach it beside the others"
-        self._failed(Refusal(number, 0.0, i, why))
+        self._failed(JointRefusal(number, 0.0, i, why))
 
 
 def _end(move: Move) -> tuple[Pose, Placements]:

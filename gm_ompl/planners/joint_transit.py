@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Final, final
 
@@ -99,7 +100,7 @@ class Transits:
             if made is None:
                 return None
             found = made
-            if not all(_straight(a, b, valid) for a, b in zip(made, made[1:], strict=False)):
+            if not all(_straight(a, b, valid) for a, b in itertools.pairwise(made)):
                 return None
         whole = np.tile(start, (len(found), 1))
         whole[:, moving] = found

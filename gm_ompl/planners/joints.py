@@ -15,7 +15,7 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.hand.paths import JointPaths, Refusal
+from gm_ompl.hand.paths import JointPaths, JointRefusal
 from gm_ompl.planners.again import added, left, settled
 from gm_ompl.planners.joint_paths import JointPlanner
 from gm_ompl.planners.planner import Budget, Planner, SearchResult, Status
@@ -85,11 +85,11 @@ def _told(result: SearchResult, refused: int, last: str) -> SearchResult:
     )
 
 
-def _words(found: Refusal) -> str:
+def _words(found: JointRefusal) -> str:
     return f"finger {found.finger} {found.why}, in step {found.move}"
 
 
-def _refuse(judge: Judge, moves: tuple[Move, ...], found: Refusal) -> None:
+def _refuse(judge: Judge, moves: tuple[Move, ...], found: JointRefusal) -> None:
     """Take a finger off the placement that it could not keep or reach."""
     move = moves[found.move]
     if isinstance(move, Displacement):

@@ -79,8 +79,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
     notes.stop()
     assert moving is not None
     assert fingers is not None
-    lattice = _lattice(model, moving.motion)
-    _check_size(model, lattice, fingers, notes)
+    lattice = _lattice(model, moving.motion, fingers, notes)
     problem = Problem(
         name=model.name,
         body=body,
@@ -100,12 +99,17 @@ def build(model: ScenarioModel, document: Document) -> Built:
         uncertainty=_uncertainty(model, body, fingers, notes),
         hand=hand,
     )
+    _check(problem, notes)
+    filled = model.model_copy(update={"motion": moving.model})
+    return Built(problem, filled, tuple(ground.warnings))
+
+
+def _check(problem: Problem, notes: Notes) -> None:
+    """Raise what is wrong with the problem as a whole."""
     _check_poses(problem, notes)
     notes.stop()
     check_hand(problem, notes)
     notes.stop()
-    filled = model.model_copy(update={"motion": moving.model})
-    return Built(problem, filled, tuple(ground.warnings))
 
 
 def _uncertainty(model: ScenarioModel, body: Body, fingers: Fingers, notes: Notes) -> Uncertainty:
@@ -187,7 +191,14 @@ def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None
         notes.add(("object", "shape"), text)
 
 
-def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
+def _lattice(model: ScenarioModel, motion: Motion, fingers: Fingers, notes: Notes) -> Lattice:
+    """Return the lattice, once its size is looked at."""
+    lattice = _nodes(model, motion)
+    _check_size(model, lattice, fingers, notes)
+    return lattice
+
+
+def _nodes(model: ScenarioModel, motion: Motion) -> Lattice:
     if isinstance(motion, FreeMotion):
         return Lattice((), ())
     if isinstance(motion, PlanarMotion):

@@ -41,7 +41,9 @@ def make_hand(hand: RobotModel | None, fingers: int, notes: Notes) -> HandSpec |
     """Return the hand, or None where there is none or after noting what is wrong with it."""
     if hand is None:
         return None
-    tips = hand.tips and tuple(Tip(tip.link, np.array(tip.offset)) for tip in hand.tips)
+    tips = None
+    if hand.tips is not None:
+        tips = tuple(Tip(tip.link, np.array(tip.offset)) for tip in hand.tips)
     wanted = Wanted(
         model=hand.model,
         file=None if hand.file is None else FilePath(hand.file),

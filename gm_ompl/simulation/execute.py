@@ -54,9 +54,9 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
 def with_a_hand(size: float) -> Allowed:
     """Return what counts as holding on a robot hand, for an object of diagonal ``size`` [m].
 
-    Motors give way to a finger's load by up to a millimetre; a finger without a load slides.
+    Motors give way by up to a millimetre, links are heavy, and a finger without a load slides.
     """
-    return Allowed(end_position=3e-3 / size, end_angle=2.0, slip=0.02)
+    return Allowed(end_position=3e-3 / size, end_angle=2.0, slip=0.02, force=0.3)
 
 
 def execute(

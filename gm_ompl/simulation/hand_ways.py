@@ -1,7 +1,8 @@
-"""A hand's joint paths over time: fingertips from the hinges in the air, hinges from them on land."""
+"""A hand's joint paths over time: in the air hinges lead fingertips, on the object they follow."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -99,7 +100,7 @@ class HandWays:
     def _timed(self, rows: Array) -> AirWay:
         """Lay time over corners (m, k), at rest in each; the fastest hinge sets the pace."""
         parts = [rows[:1]]
-        for a, b in zip(rows, rows[1:], strict=False):
+        for a, b in itertools.pairwise(rows):
             length = float((np.abs(b - a) / self.spec.speed).max())
             if length > 0.0:
                 share = progress(length, SPEED, RISE, self._dt) / length

@@ -157,6 +157,7 @@ class Physics(ABC):
 
             yield picture
 
+
 @final
 class FreeTips(Physics):
     """A world whose fingertips belong to no robot.

@@ -1,4 +1,4 @@
-"""A world whose fingertips belong to a robot hand: hinges with motors, links that can hit things."""
+"""A world whose fingertips belong to a robot hand: hinges, motors, links that can hit things."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from typing import Any, Final, final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.hand.model import HAND, parsed
+from gm_ompl.hand.model import parsed
+from gm_ompl.hand.scene import HAND
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.simulation.physics import CONTACT, IMPEDANCE, Physics, load, mjcf
 from gm_ompl.simulation.world import Bodies
 
 HOLD: Final = 1.0
-"""Stiffness that keeps a hinge near its planned angle, in its motor's torque per rad: so weak that a
-millimetre's error of the plan changes no fingertip's force by more than some percent, and enough
-to keep an arm's shape, which fingertips leave open."""
+"""Stiffness that keeps a hinge near its planned angle, in its motor's torque per rad: so weak that
+a millimetre's error changes no fingertip's force by more than some percent, and enough to keep an
+arm's shape, which fingertips leave open."""
 
 CALM: Final = 0.05
 """Damping beside it, in its motor's torque per rad/s."""

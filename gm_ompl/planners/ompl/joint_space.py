@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from ompl import base as ob
@@ -49,16 +50,7 @@ def joint_way(
         return looks > MOST_LOOKS or bool(limits.reached())
 
     seed_ompl(rng)
-    space = ob.RealVectorStateSpace(len(low))
-    bounds = ob.RealVectorBounds(len(low))
-    for k, (least, most) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
-        bounds.setLow(k, least)
-        bounds.setHigh(k, most)
-    space.setBounds(bounds)
-    information = ob.SpaceInformation(space)
-    information.setStateValidityChecker(looked)
-    information.setStateValidityCheckingResolution(LONGEST / space.getMaximumExtent())
-    information.setup()
+    information = _space(low, high, looked)
     definition = ob.ProblemDefinition(information)
     ends = information.allocState(), information.allocState()
     for state, values in zip(ends, (start, goal), strict=True):
@@ -76,3 +68,18 @@ def joint_way(
         og.PathSimplifier(information).simplifyMax(way)
     count = way.getStateCount()
     return np.array([[way.getState(i)[k] for k in range(len(low))] for i in range(count)])
+
+
+def _space(low: Array, high: Array, looked: Callable[[ob.State], bool]) -> Any:
+    """Return the space of hinges between their limits, its states judged by ``looked``."""
+    space = ob.RealVectorStateSpace(len(low))
+    bounds = ob.RealVectorBounds(len(low))
+    for k, (least, most) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
+        bounds.setLow(k, least)
+        bounds.setHigh(k, most)
+    space.setBounds(bounds)
+    information = ob.SpaceInformation(space)
+    information.setStateValidityChecker(looked)
+    information.setStateValidityCheckingResolution(LONGEST / space.getMaximumExtent())
+    information.setup()
+    return information
