@@ -7,6 +7,7 @@ floats among them and is put where it is asked for; so are obstacles, the floor 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,7 +17,7 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.errors import HandError, MissingExtraError, did_you_mean
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
-from gm_ompl.hand.scene import HAND, scene
+from gm_ompl.hand.scene import HAND, capsule, scene
 from gm_ompl.hand.spec import HandSpec
 
 SHARED: Final = -1
@@ -262,6 +263,36 @@ class HandModel:
                 if gap < 0.0:
                     return self._name(a), self._name(b)
         return None
+
+    @cached_property
+    def _solid(self) -> list[int]:
+        """The geoms of the hand that collide."""
+        hand = self._owner > WORLD
+        return np.flatnonzero(hand & (self.model.geom_contype > 0)).tolist()
+
+    def solids(self) -> list[Array]:
+        """Return per solid of a link points (p, 3) whose hull it is, in its own frame."""
+        model, found = self.model, []
+        for geom in self._solid:
+            mesh = int(model.geom_dataid[geom])
+            if mesh >= 0:
+                first = int(model.mesh_vertadr[mesh])
+                count = int(model.mesh_vertnum[mesh])
+                found.append(np.array(model.mesh_vert[first : first + count], dtype=np.float64))
+                continue
+            sizes = model.geom_size[geom]
+            long = model.geom_type[geom] == self._mujoco.mjtGeom.mjGEOM_CAPSULE
+            found.append(capsule(float(sizes[0]), float(sizes[1]) if long else 0.0))
+        return found
+
+    def solid_poses(self) -> Array:
+        """Return (s, 7), positions and quaternions (w, x, y, z) of the solids, as placed."""
+        rows = []
+        for geom in self._solid:
+            quaternion = np.empty(4)
+            self._mujoco.mju_mat2Quat(quaternion, self.data.geom_xmat[geom])
+            rows.append(np.concatenate([self.data.geom_xpos[geom], quaternion]))
+        return np.array(rows).reshape(-1, 7)
 
     def _name(self, geom: int) -> str:
         body = self.model.body(int(self.model.geom_bodyid[geom])).name

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
+import numpy as np
+
 from gm_ompl.arrays import Array
 from gm_ompl.geometry.solids import Body
 from gm_ompl.hand.spec import HandSpec, Tip
 
 HAND: Final = "hand/"
 """Before the names of everything that the hand's file names."""
+
+
+ROUND: Final = 12
+"""Corners of a circle around a capsule."""
 
 
 def scene(library: Any, hand: Any, spec: HandSpec, world: tuple[Body, Sequence[Body], bool]) -> Any:
@@ -56,3 +62,16 @@ def _hull(library: Any, whole: Any, body: Any, name: str, vertices: Array) -> No
         name=name, type=library.mjtGeom.mjGEOM_MESH, meshname=name, contype=2, conaffinity=0,
         mass=0.1,
     )  # fmt: skip
+
+
+def capsule(radius: float, half: float) -> Array:
+    """Return points (p, 3) of a capsule along z: a sphere where ``half`` is 0."""
+    around = 2.0 * np.pi * np.arange(ROUND) / ROUND
+    up = np.linspace(-np.pi / 2.0, np.pi / 2.0, ROUND // 2 + 1)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    rows = [
+        np.column_stack([radius * np.cos(a) * ring, np.full(ROUND, radius * np.sin(a))]) for a in up
+    ]
+    ball = np.concatenate(rows)
+    end = np.array([0.0, 0.0, half])
+    return np.concatenate([ball + end, ball - end])
