@@ -110,10 +110,11 @@ class JointPlanner:
 
     def _together(self, targets: Array) -> Iterator[Array]:
         """Yield configurations of fingers that share an arm."""
-        for q in self._solver.solutions(0, targets[0], self._model.spec.home):
-            whole = self._solver.follow(q, self._all, targets, self._every)
-            if whole is not None:
-                yield whole
+        for i in self._all:
+            for q in self._solver.solutions(i, targets[i], self._model.spec.home):
+                whole = self._solver.follow(q, self._all, targets, self._every)
+                if whole is not None:
+                    yield whole
 
     def _targets(self, pose: Pose, placements: Placements) -> Array:
         centres = [self._reach.centres[i][row] for i, row in enumerate(placements)]

@@ -56,7 +56,7 @@ def with_a_hand(size: float) -> Allowed:
 
     Motors give way by up to a millimetre, links are heavy, and a finger without a load slides.
     """
-    return Allowed(end_position=3e-3 / size, end_angle=2.0, slip=0.02, force=0.3)
+    return Allowed(end_position=3e-3 / size, end_angle=2.0, static_slip=0.02, slip=0.02, force=0.3)
 
 
 def execute(

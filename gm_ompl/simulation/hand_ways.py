@@ -80,6 +80,21 @@ class HandWays:
         tips = self._tips(rows)
         return self._timed(rows[self._first(tips) : self._last(tips[::-1], len(rows))])
 
+    def along(self, step: int, share: float) -> Array:
+        """Return the hinges (k,) after ``share`` of a displacement's arc."""
+        rows = np.array(self._record.steps[step])
+        at = share * (len(rows) - 1)
+        k = min(int(at), len(rows) - 2)
+        return np.asarray(rows[k] + (at - k) * (rows[k + 1] - rows[k]))
+
+    def last(self, step: int) -> Array:
+        """Return the hinges (k,) at the end of a step."""
+        return np.array(self._record.steps[step][-1])
+
+    def home(self) -> Array:
+        """Return the hinges (k,) where the plan begins."""
+        return np.array(self._record.approach[0])
+
     def _first(self, tips: Array) -> int:
         """Return the last row up to which all fingertips stay near where they begin."""
         away = np.linalg.norm(tips - tips[0], axis=2) > STRAIGHT * self._radius
@@ -109,22 +124,20 @@ class HandWays:
         return AirWay(joints, self._tips(joints))
 
     def followed(self, line: Timeline) -> Timeline:
-        """Return a timeline with all hinges, and with fingertips that roll.
+        """Return a timeline whose hinges follow the fingertips, which roll.
 
-        Where hinges are not given they follow the fingertips. A fingertip is part of its link: as
-        this turns against the object, the sphere rolls over it, and its centre, which the plan has
-        fixed on the object, must give way. What contact is left at ``down`` fades in the air.
+        Hinges begin from where the plan has them, and so stay on its branch. A fingertip is part
+        of its link: as this turns against the object, the sphere rolls over it, and its centre,
+        which the plan has fixed on the object, must give way. In the air it comes back.
         """
         joints, centre = line.joints.copy(), line.centre.copy()
-        q, rolled = np.array(self._record.approach[0]), np.zeros(line.centre.shape[1:])
+        q, rolled = joints[0], np.zeros(line.centre.shape[1:])
         fingers, every = tuple(range(line.fingers)), np.ones(joints.shape[1], dtype=bool)
         spin, dt, giving = line.spin, line.dt, np.zeros_like(rolled)
         for k in range(len(line)):
             centre[k] += rolled
-            new = joints[k]
-            if np.isnan(new[0]) or rolled.any():
-                found = self._solver.follow(q, fingers, centre[k], every)
-                new = q if found is None else found
+            found = self._solver.follow(joints[k], fingers, centre[k], every)
+            new = q if found is None else found
             step = self._rolling(new - q, dt * spin[k], line.normal[k])
             step += np.cross(dt * spin[k], rolled)
             down = line.down[k][:, None]

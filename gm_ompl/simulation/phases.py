@@ -51,7 +51,7 @@ class Phases:
             step=-1,
             segment=-1,
             z=z,
-            joints=np.full(0 if hand is None else len(hand.spec.joints), np.nan),
+            joints=np.zeros(0) if hand is None else hand.home(),
         )
         self.hand = hand
 
@@ -129,6 +129,7 @@ class Phases:
 
     def _fly(self, phase: str, way: AirWay) -> None:
         self._add(phase, [self.pose] * len(way.joints), way.tips, joints=way.joints)
+        self.now.joints = way.joints[-1]
 
     def _add(
         self,

@@ -141,6 +141,9 @@ def _model(library: Any, world: Bodies, hand: HandSpec) -> Any:
         )  # fmt: skip
         for k in range(len(world.pieces)):
             _pair(scene, f"piece{k}", f"tip{i}", float(world.friction[i]))
+    for body in scene.bodies:  # a hinge's two links overlap; MuJoCo forgets it where one is fixed
+        if body.name.startswith(HAND) and body.parent.name.startswith(HAND):
+            scene.add_exclude(bodyname1=body.parent.name, bodyname2=body.name)
     model = scene.compile()
     for name, torque in zip(hand.joints, hand.torque.tolist(), strict=True):
         dof = model.joint(HAND + name).dofadr

@@ -6,7 +6,7 @@ from typing import Any, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
@@ -108,9 +108,20 @@ class Scheduler(Phases):
         spread: dict[str, Any] = {
             name: np.array(values)[which] for name, values in per_segment.items()
         }
+        if self.hand is not None:
+            spread["joints"] = self._hinges(self.hand, run, which, left)
         self._add("move", way, f_com=f_com, lean=lean, **spread)
         self.pose, now.f_com, now.lean = way[-1], f_com[-1], leans[-1]
         now.step, now.z = run[-1].step, run[-1].record.z
+        now.joints = spread["joints"][-1] if self.hand is not None else now.joints
+
+    def _hinges(self, hand: HandWays, run: Run, which: IntArray, left: Array) -> Array:
+        """Return (K, k), where the plan has the hinges, ``left`` (K,) before segments' ends."""
+        rows = []
+        for k, share in zip(which.tolist(), np.clip(1.0 - left, 0.0, 1.0).tolist(), strict=True):
+            part = run[k].part
+            rows.append(hand.along(run[k].step, part.first + share * (part.last - part.first)))
+        return np.array(rows)
 
     def _balances(self, run: Run, force: BoolArray, forces: Array) -> list[Balance]:
         """Return forces that hold the object, per segment."""
@@ -169,11 +180,12 @@ class Scheduler(Phases):
         self._rest("lift", pace.lift, off=np.multiply.outer(rising, off))
         now.limit[i], now.f_com[i] = self.touch, 0.0
         self.points[i], self.normals[i] = np.array(step.to.point), np.array(step.to.normal)
-        if air is None:
+        if self.hand is None or air is None:
             self._bring(i, way[1:-1])
         else:
-            self._add("transit", [self.pose] * len(air.joints), self._only(i, air.tips[:, i]))
+            self._fly("transit", AirWay(air.joints, self._only(i, air.tips[:, i])))
             on = self._lowered("land", on)
+            now.joints = self.hand.last(number)
         self._land("land", chosen, on)
 
     def _ends(self, step: RegraspStep, air: AirWay) -> Array:
