@@ -29,7 +29,13 @@ def urdf(
     return f'<?xml version="1.0"?><robot name="finger">{links}{made}</robot>'
 
 
-OWN = {"file": "hand.urdf", "tips": [{"link": "tip"}], "home": {"hinge": "0 deg"}, "torque": 1, "speed": 1}
+OWN = {
+    "file": "hand.urdf",
+    "tips": [{"link": "tip"}],
+    "home": {"hinge": "0 deg"},
+    "torque": 1,
+    "speed": 1,
+}
 MESH = '<collision><geometry><mesh filename="{0}"/></geometry></collision>'
 
 

@@ -95,12 +95,38 @@ def test_fingertips_alone_plan_what_the_robot_cannot(push: Scenario, tree: dict[
     assert any(q is None for q in found)
 
 
-@pytest.mark.parametrize("name", ["robot/trifinger-push", "robot/trifinger-flip"])
-def test_rates(name: str) -> None:
-    """HybridRRTConnect finds a plan with joint paths for 3 of 3 seeds."""
-    scenario = gm_ompl.load(name)
-    plans = [gm_ompl.plan(scenario, "HybridRRTConnect", seed=seed) for seed in range(3)]
-    assert all(plan.status == "solved" and plan.hand is not None for plan in plans)
+ROBOTS = ["trifinger-push", "trifinger-flip", "trifinger-clutter", "arm-tumble"]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_each_robot_plans(name: str) -> None:
+    """HybridRRTConnect finds a plan whose joint paths check, whichever the robot."""
+    plan = gm_ompl.plan(f"robot/{name}", "HybridRRTConnect", seed=1)
+    assert plan.status == "solved" and plan.hand is not None
+    report = gm_ompl.check(plan)
+    assert report.holds, report.table()
+
+
+def test_what_joints_refuse_is_told() -> None:
+    """A plan found after others were refused says how many, and is not called optimal."""
+    plan = gm_ompl.plan("robot/trifinger-flip", "HybridRRTConnect", seed=0)
+    told = plan.statistics.model_extra or {}
+    if told.get("joint_refusals"):
+        assert "finger" in str(told["last_refusal"]) and not plan.optimal
+
+
+def test_pages_show_the_links(pushed: Plan) -> None:
+    """The viewer has a node per solid link, and where each is in every joint row."""
+    pytest.importorskip("meshcat")
+    from gm_ompl.viz.animation import animate
+    from gm_ompl.viz.scene import scene_messages
+    from gm_ompl.viz.score import score
+
+    animation = animate(pushed)
+    told = score(animation, scene_messages(animation))["links"]
+    assert pushed.hand is not None and len(told) == len(pushed.steps)
+    assert [len(rows) for rows in told] == [len(rows) for rows in pushed.hand.steps]
+    assert {len(row) for rows in told for row in rows} == {len(animation.links)} == {12}
 
 
 def test_the_same_seed_gives_the_same_joints(push: Scenario, pushed: Plan) -> None:
