@@ -14,8 +14,14 @@ from gm_ompl.scenario.load import load
 
 Tree = dict[str, Any]
 
-LINK = '<link name="{0}"><inertial><mass value="{1}"/><inertia ixx="{2}" ixy="0" ixz="0" iyy="{2}" iyz="0" izz="{2}"/></inertial>{3}</link>'
-JOINT = '<joint name="{0}" type="{1}"><parent link="base"/><child link="tip"/><origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>{2}</joint>'
+LINK = (
+    '<link name="{0}"><inertial><mass value="{1}"/><inertia ixx="{2}" ixy="0" ixz="0" '
+    'iyy="{2}" iyz="0" izz="{2}"/></inertial>{3}</link>'
+)
+JOINT = (
+    '<joint name="{0}" type="{1}"><parent link="base"/><child link="tip"/>'
+    '<origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>{2}</joint>'
+)
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
 
 
@@ -80,6 +86,7 @@ def count(tree: Tree, _: Path) -> None:
 
 TIPS = [{"link": f"finger_tip_link_{angle}"} for angle in (0, 120, 240)]
 JOINTS = "finger_base_to_upper_joint_0"
+STRAIGHT = ("finger_upper_to_middle_joint_0", "finger_middle_to_lower_joint_0")
 
 BAD: dict[str, tuple[Callable[[Tree, Path], None], str, str]] = {
     "no hand of that name": (only(model="trifingr"), "hand.model", "did you mean 'trifinger'"),
@@ -120,7 +127,7 @@ BAD: dict[str, tuple[Callable[[Tree, Path], None], str, str]] = {
     "home without a unit": (keys(home={JOINTS: 0.1}), "hand.home", "with its unit"),
     "home beyond its limits": (keys(home={JOINTS: "90 deg"}), "hand.home", "outside its limits"),
     "home in the floor": (
-        keys(home={"finger_upper_to_middle_joint_0": "0 deg", "finger_middle_to_lower_joint_0": "0 deg"}),
+        keys(home=dict.fromkeys(STRAIGHT, "0 deg")),
         "hand.home", "move the base or the home",
     ),
     "limits wider": (keys(limits={JOINTS: ["-90 deg", "90 deg"]}), "hand.limits", "narrower"),
@@ -134,7 +141,7 @@ BAD: dict[str, tuple[Callable[[Tree, Path], None], str, str]] = {
     "no speed": (own(urdf(), speed=None), "hand.speed", "add it"),
     "base in the wall": (wall, "hand", "move the base"),
     "base far away": (far, "hand.base", "does not reach any placement at the start"),
-    "base without a rotation": (keys(base={"rotation": {}}), "hand.base.rotation", "must be one of"),
+    "base without a rotation": (keys(base={"rotation": {}}), "hand.base.rotation", "must be one"),
     "unreachable start": (behind, "fingers.start.1", "does not reach its placement"),
 }  # fmt: skip
 
