@@ -58,5 +58,5 @@ def test_a_page_that_is_wrong_is_found(tmp_path: Path) -> None:
 
 
 def test_prose_is_short() -> None:
-    """All pages together have at most 15,700 words; tables, code and generated text aside."""
+    """All pages together have at most 15,000 words; tables, code and generated text aside."""
     assert sum(words.pages().values()) <= words.MOST
