@@ -89,11 +89,15 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     problem = given.problem
     rng = np.random.default_rng(seed)
     started, moves = clock.now(), tuple[Move, ...]()
-    steady, fallbacks, pockets = Steady((), ()), 0, 0
+    steady, fallbacks, pockets, paths = Steady((), ()), 0, 0, None
     try:
         judging = judge_of(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
         result, steady = settled(searcher, judging, result, asked, rng)
+        if judging.hand is not None:
+            from gm_ompl.planners.joints import jointed  # loads OMPL
+
+            result, steady, paths = jointed(searcher, judging, result, steady, asked, rng)
         fallbacks, pockets = judging.backend.fallbacks, judging.reach.pockets
         with limits.lifted():  # a plan that was found is not lost
             moves = at_true_cost(problem, with_ways(judging.reach, steady.moves))
@@ -117,6 +121,7 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
         parameters=searcher.settings,
         optimal=result.optimal,
         lower_bound=result.lower_bound,
+        paths=paths,
     )
 
 

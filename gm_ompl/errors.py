@@ -6,6 +6,7 @@ GmOmplError                  everything this package raises on purpose
 |   |-- PlanError            a plan file
 |   |   `-- MisfitError      a plan whose steps cannot be those of its scenario; carries places
 |   |-- GeometryError        impossible or unusable shapes
+|   |-- HandError            a robot hand that cannot be used; carries the key inside `hand`
 |   |-- UnknownPlannerError  no planner of that name; carries the valid names
 |   |-- UnsoundPlannerError  a planner that ignores that motions are one-way
 |   `-- MissingExtraError    an optional library is not installed
@@ -81,6 +82,18 @@ class MisfitError(PlanError):
 
 class GeometryError(InputError):
     """A shape is impossible or cannot be used (degenerate, not convex, NaN)."""
+
+
+class HandError(InputError):
+    """A robot hand cannot be used.
+
+    Attributes:
+        key: keys and indices from the scenario's ``hand`` down to what is wrong.
+    """
+
+    def __init__(self, key: tuple[str | int, ...], text: str) -> None:
+        self.key = key
+        super().__init__(text)
 
 
 class UnknownPlannerError(InputError):

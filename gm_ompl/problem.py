@@ -15,6 +15,7 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
+from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Motion
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.lattice import Coordinates, Goal, Lattice
@@ -45,6 +46,7 @@ class Fingers:
         transit: whether a finger needs a way through the air to where it first touches and to
             where it is regrasped.
         leave: whether, at the goal, every finger needs a way off.
+        named: whether each is a finger of a certain hand, which no other can stand in for.
     """
 
     radius: Array
@@ -57,6 +59,7 @@ class Fingers:
     clearance: Array
     transit: bool = True
     leave: bool = False
+    named: bool = False
 
     def __post_init__(self) -> None:
         n = len(self.start)
@@ -87,16 +90,23 @@ class Fingers:
             farthest = max(farthest, float(centres.max(initial=0.0)) + radius)
         return farthest
 
+    @property
+    def shapes(self) -> tuple[tuple[float, int], ...]:
+        """Per finger, equal where geometry leaves two the same placements."""
+        return tuple((r, i if self.named else 0) for i, r in enumerate(self.radius.tolist()))
+
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Return the groups of interchangeable fingers, each in increasing order.
 
-        Fingers are interchangeable when radius, limit, friction, soft, start and goal are equal.
+        Fingers are interchangeable when radius, limit, friction, soft, start and goal are equal
+        and no hand tells them apart.
         """
         groups: dict[tuple[object, ...], list[int]] = {}
         for i in range(self.count):
             key = (
                 float(self.radius[i]), float(self.max_normal_force[i]), float(self.friction[i]),
                 float(self.soft[i]), self.start[i], self.goal[i], float(self.clearance[i]),
+                self.shapes[i],
             )  # fmt: skip
             groups.setdefault(key, []).append(i)
         return tuple(tuple(group) for group in groups.values())
@@ -154,6 +164,7 @@ class Problem:
         mechanics: settings of Sec. 3.
         cost: settings of Sec. 4.3.
         uncertainty: what is not known exactly; z is then the least of all cases.
+        hand: the robot hand behind the fingertips; None where fingertips are all there is.
     """
 
     name: str
@@ -169,6 +180,7 @@ class Problem:
     mechanics: MechanicsSettings = field(default_factory=MechanicsSettings)
     cost: CostSettings = field(default_factory=CostSettings)
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    hand: HandSpec | None = None
 
     def __post_init__(self) -> None:
         fix(self, inertia=(3, 3))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
 
@@ -13,6 +14,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.hand.looks import LinkLook, looks, poses
+from gm_ompl.hand.model import HandModel
 from gm_ompl.motion.arc import Moment, Segment
 from gm_ompl.planfile.arcs import pose_before
 from gm_ompl.planfile.fit import problem_of
@@ -91,6 +94,22 @@ class Animation:
         """What the object does and where fingers go, in words; none for planar motion."""
         return chain(self.plan, self.problem)
 
+    @cached_property
+    def hand(self) -> HandModel | None:
+        """The robot hand, where the plan has joint paths."""
+        return _hand_of(self.plan, self.problem)
+
+    @cached_property
+    def links(self) -> tuple[LinkLook, ...]:
+        """What its links look like; none without a hand."""
+        return () if self.hand is None else looks(self.hand)
+
+    def link_poses(self) -> list[Array]:
+        """Return per step (m, s, 7), where the links are; none without a hand."""
+        if self.hand is None or self.plan.hand is None:
+            return []
+        return [poses(self.hand, rows) for rows in self.plan.hand.steps]
+
     @property
     def duration(self) -> float:
         """Length of the whole animation [s]."""
@@ -127,16 +146,35 @@ def animate(plan: Plan) -> Animation:
     pace = min(ARC_SECONDS, LONGEST_DISPLACEMENT / max(arcs, 1))
     segments: list[ShownSegment] = []
     starts: list[float] = []
-    now = 0.0
+    now, hand = 0.0, _hand_of(plan, problem)
     for number, step in enumerate(plan.steps):
         starts.append(now)
         if isinstance(step, RegraspStep):
             pose = pose_before(plan, number, problem)
-            segments.append(_regrasp(problem, step, pose, number, now))
+            segment = _regrasp(problem, step, pose, number, now)
+            if hand is not None and plan.hand is not None:
+                tips = _tips(hand, plan.hand.steps[number], step.finger)
+                segment = replace(segment, path=pose.to_object(tips))
+            segments.append(segment)
         else:
             segments.extend(_displacement(problem, step, number, now, pace))
         now = segments[-1].end
     return Animation(plan, problem, tuple(segments), tuple(starts))
+
+
+def _hand_of(plan: Plan, problem: Problem) -> HandModel | None:
+    if plan.hand is None or problem.hand is None:
+        return None
+    return HandModel(problem.hand, problem.body)
+
+
+def _tips(hand: HandModel, rows: Sequence[Sequence[float]], finger: int) -> Array:
+    """Return (m, 3), where a fingertip's centre is in joint rows (m, k), world frame."""
+    found = []
+    for q in rows:
+        hand.place(np.array(q))
+        found.append(hand.tips()[finger])
+    return np.array(found)
 
 
 def _displacement(

@@ -114,6 +114,7 @@ def scene_messages(animation: Animation, around: View | None = None) -> SceneMes
     arrow = ARROW * diagonal
     for i, radius in enumerate(animation.problem.fingers.radius.tolist()):
         _fingertip(world[f"object/finger{i}"], radius, diagonal)
+    _links(world, animation)
     _camera(meshcat.Visualizer(window=looking), animation)
     return SceneMessages(
         messages=tuple(recorder.messages),
@@ -200,6 +201,13 @@ def draw_coloured(node: Any, corners: Array, triangles: IntArray, colours: Array
 def _lines(edges: Array, colour: int) -> Any:
     points = g.PointsGeometry(edges.reshape(-1, 3).T.astype(np.float32))
     return g.LineSegments(points, g.LineBasicMaterial(color=colour))
+
+
+def _links(world: Any, animation: Animation) -> None:
+    """Draw the solids of a hand's links, each a node of its own."""
+    for k, look in enumerate(animation.links):
+        node = world[f"link{k}"]
+        draw_solid(node, look.triangles, np.zeros((0, 2, 3)), palette.LIFTED, 0.95)
 
 
 def _contact_marker(node: Any, diagonal: float) -> None:

@@ -23,7 +23,8 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
 
     ``segments`` are rows: start, end, step, first pose, number of poses, modes, f_com, z, row of
     ``hands`` (each finger's row of ``places``), row of ``contacts``, lifted finger or -1, row of
-    ``places`` it moves to or -1, row of ``paths`` or -1.
+    ``places`` it moves to or -1, row of ``paths`` or -1. ``links`` has per step rows of where a
+    hand's links are, evenly spaced in time.
     """
     problem = animation.problem
     tables = _Tables(animation)
@@ -52,6 +53,7 @@ def score(animation: Animation, scene: SceneMessages) -> dict[str, Any]:
         "contacts": tables.contacts,
         "paths": tables.paths,
         "fingers": problem.fingers.count,
+        "links": [[[numbers(p) for p in row] for row in step] for step in animation.link_poses()],
     }
 
 

@@ -192,7 +192,8 @@ class ExportVerb:
     """Write timed poses, control modes and commanded forces for a controller."""
 
     plan_file: Path = plan_file_option()
-    output: Path = output_option(..., "Where to write it; - is stdout.", "FILE.csv")
+    output: Path = output_option(..., "Where to write it; - is stdout.", "FILE.csv|FOLDER")
+    to: str = option("csv", "csv, or ros2: an MCAP rosbag2 in a new folder.", "FORMAT")
     speed: float = speed_option()
     rate: float = option(100.0, "Rows per second.", "HZ")
 

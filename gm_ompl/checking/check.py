@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from gm_ompl.checking.by_coordinates import ByCoordinates
 from gm_ompl.checking.free_arcs import FreeArcs
+from gm_ompl.checking.joints import JointCheck
 from gm_ompl.checking.junctions import Junctions
 from gm_ompl.checking.kinematics import AnyStep, Kinematics
 from gm_ompl.checking.recheck import Recheck, Tolerances
@@ -201,8 +202,9 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
     kinematics, whole = _kinematics(recheck, plan), Findings(None)
     check_totals(recheck, kinematics, plan, whole)
     reports: list[StepReport] = []
-    violations = list(whole.violations)
     junctions = Junctions(recheck, _stated(plan))
+    joints = _joints(recheck, plan, whole)
+    violations = list(whole.violations)
     last: AnyStep | None = None
     for number, step in enumerate(plan.steps):
         found = Findings(number)
@@ -214,19 +216,42 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
             pose = None if arc is None else arc.end
             check_displacement(recheck, step, arc, found)
             junctions.displacement(step, arc, found)
+            if joints is not None:
+                joints.displacement(number, step, arc, found)
         else:
             pose = kinematics.rest(step, found)
             check_regrasp(recheck, step, pose, found)
             junctions.regrasp(step, pose, found)
+            if joints is not None:
+                hands = step.placements, placements_after(step)
+                joints.regrasp(number, pose, hands, step.finger, found)
         if number == len(plan.steps) - 1:
             kinematics.goal(step, found)
             _check_end(recheck, step, pose, found)
+            if joints is not None and pose is not None:
+                joints.retreat(pose, placements_after(step), found)
         reports.append(found.report(step.kind, place))
         violations += found.violations
         last = step
     notes = [_NO_STEPS] if not plan.has_plan else [_NOT_PROVEN] if plan.optimal else []
     notes += junctions.notes()
     return CheckReport(plan.status, tuple(reports), tuple(violations), tuple(notes))
+
+
+def _joints(recheck: Recheck, plan: Plan, found: Findings) -> JointCheck | None:
+    """Return what judges the joint paths; None where there is no hand, or none can be judged."""
+    problem, record = recheck.problem, plan.hand
+    if problem.hand is None or not plan.steps:
+        found.check("joints", record is None, "joint paths are given; there is nothing they are of")
+        return None
+    if not found.check("joints", record is not None, "the scenario has a hand, the plan no paths"):
+        return None
+    assert record is not None
+    joints = JointCheck(problem, record)
+    if not joints.whole(len(plan.steps), found):
+        return None
+    joints.approach(problem.motion.pose(problem.start), plan.steps[0].placements, found)
+    return joints
 
 
 def _kinematics(recheck: Recheck, plan: Plan) -> Kinematics:

@@ -29,8 +29,14 @@ from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
+from gm_ompl.hand.model import HandModel
+from gm_ompl.hand.reach import HandReach
+from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
+
+LOOKS = (0.25, 0.5, 0.75)
+"""Where along an arc, beside its ends, a hand's fingers are asked for; joint paths look closer."""
 
 CONTACT_BYTES = 20_000
 """About what the contacts at a configuration take."""
@@ -56,6 +62,15 @@ class NodeGeometry:
         )
 
 
+def hand_reach(problem: Problem, hand: HandSpec) -> HandReach:
+    """Return what ``hand`` reaches in a problem's world."""
+    environment, fingers = problem.environment, problem.fingers
+    obstacles = [obstacle.body for obstacle in environment.obstacles]
+    model = HandModel(hand, problem.body, obstacles, environment.floor)
+    centres = [fingers.placements.centres(r) for r in fingers.radius.tolist()]
+    return HandReach(model, centres, fingers.radius, problem.body.diagonal)
+
+
 @final
 class Judge:
     """Answers about one problem, remembered where they depend on the object alone.
@@ -66,6 +81,7 @@ class Judge:
         clear: clear[i][j], (P, P) or None for i = j: whether fingertip i at a row and fingertip
             j at a column do not penetrate each other. Constant in the object frame.
         reach: answers about ways through the air.
+        hand: answers about the hand's joints; None where there is no hand.
         configurations: poses whose geometry was asked for.
     """
 
@@ -81,7 +97,8 @@ class Judge:
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
         self.reach = Reach(problem, self._centres)
-        each = 400 + len(hand.placements) * len(self._centres)
+        self.hand = None if problem.hand is None else hand_reach(problem, problem.hand)
+        each = 400 + len(hand.placements) * len(set(hand.shapes))
         self._pose_classes = PoseClasses(problem)
         self._nodes = Memo[bytes | PoseClass, NodeGeometry](each)
         self._arcs = Memo[Hashable, NodeGeometry](each)
@@ -152,16 +169,28 @@ class Judge:
             blocked = np.zeros(len(self.problem.fingers.placements), dtype=bool)
             blocked.flags.writeable = False
             return NodeGeometry(False, (blocked,) * len(self._radii))
-        masks: dict[float, BoolArray] = {}
-        for i, radius in enumerate(self._radii):
-            if radius not in masks:
-                masks[radius] = start.free[i] & end.free[i]
+        masks: dict[tuple[float, int], BoolArray] = {}
+        shapes = self.problem.fingers.shapes
+        poses = [arc.pose(t) for t in LOOKS] if self.hand is not None else []
+        for i, shape in enumerate(shapes):
+            if shape not in masks:
+                mask = start.free[i] & end.free[i]
                 for sweep in sweeps:
-                    rows = np.flatnonzero(masks[radius])
-                    centres = self._centres[radius][rows]
-                    masks[radius][rows] = self._swept.free_placements(sweep, centres, radius)
-                masks[radius].flags.writeable = False
-        return NodeGeometry(True, tuple(masks[r] for r in self._radii))
+                    rows = np.flatnonzero(mask)
+                    centres = self._centres[shape[0]][rows]
+                    mask[rows] = self._swept.free_placements(sweep, centres, shape[0])
+                if self.hand is not None:
+                    mask = self.hand.along(arc.key, poses, i, mask)
+                mask.flags.writeable = False
+                masks[shape] = mask
+        return NodeGeometry(True, tuple(masks[shape] for shape in shapes))
+
+    def refuse(self, arc: Arc | None, pose: Pose, finger: int, row: int) -> None:
+        """Take a finger off a placement along an arc and beside a pose: its joints found no way."""
+        assert self.hand is not None
+        self.hand.refuse(None if arc is None else arc.key, pose, finger, row)
+        self._nodes.clear()
+        self._arcs.clear()
 
     def _geometry(self, pose: Pose) -> NodeGeometry:
         table = self.problem.fingers.placements
@@ -173,7 +202,10 @@ class Judge:
                 mask = self._scene.free_placements(pose, centres, radius, table.piece)
             mask.flags.writeable = False
             masks[radius] = mask
-        return NodeGeometry(object_free, tuple(masks[r] for r in self._radii))
+        free = tuple(masks[r] for r in self._radii)
+        if self.hand is not None:
+            free = tuple(self.hand.mask(pose, i, mask) for i, mask in enumerate(free))
+        return NodeGeometry(object_free, free)
 
     def apart(self, placements: Placements) -> bool:
         """Whether no two fingertips penetrate each other."""

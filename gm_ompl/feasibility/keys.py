@@ -51,7 +51,7 @@ class PoseClasses:
 
     Where object and hand reach no obstacle, only the floor is left, and moving along the floor
     changes nothing: contacts and free placements in the object frame are those of any other pose
-    with the same rotation and height.
+    with the same rotation and height. A hand's base stands somewhere: there are no classes then.
 
     Args:
         problem: the problem.
@@ -68,10 +68,12 @@ class PoseClasses:
         pieces = [piece for other in problem.environment.obstacles for piece in other.body.pieces]
         self._low = np.array([piece.bounds[0] for piece in pieces]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in pieces]).reshape(-1, 3)
-        self._floor = problem.environment.floor
+        self._floor, self._anywhere = problem.environment.floor, problem.hand is None
 
     def of(self, pose: Pose) -> PoseClass | None:
-        """Return the pose class at ``pose``; None where an obstacle may matter."""
+        """Return the pose class at ``pose``; None where an obstacle, or a hand, may matter."""
+        if not self._anywhere:
+            return None
         if len(self._low):
             nearest = np.minimum(np.maximum(pose.position, self._low), self._high) - pose.position
             if (np.einsum("ij,ij->i", nearest, nearest) <= self._square).any():
@@ -81,9 +83,10 @@ class PoseClasses:
     def alone(self, sweep: Sweep) -> bool:
         """Whether no obstacle may matter anywhere along ``sweep``."""
         if not len(self._low):
-            return True
+            return self._anywhere
         arms = sweep.arms(np.zeros((1, 3)))
         ends, wide = [sweep.moved(arms, t)[0] for t in (0.0, 1.0)], sweep.sagitta(arms)
         low, high = np.minimum(*ends) - wide, np.maximum(*ends) + wide
         gaps = np.maximum(np.maximum(self._low - high, low - self._high), 0.0)
-        return bool((np.einsum("ij,ij->i", gaps, gaps) > self._square).all())
+        clear = (np.einsum("ij,ij->i", gaps, gaps) > self._square).all()
+        return self._anywhere and bool(clear)

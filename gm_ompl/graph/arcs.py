@@ -71,7 +71,7 @@ class ObjectArcs:
     def __init__(self, judge: Judge) -> None:
         problem = judge.problem
         self._graph, self._judge = problem.object_graph, judge
-        radii = len(set(problem.fingers.radius.tolist()))
+        radii = len(set(problem.fingers.shapes))
         numbers = 8 * (problem.cost.samples_per_arc + 1) + 32  # 32: a float and its place in a list
         each = len(problem.fingers.placements) * radii * numbers + 2000
         leaving = 2 * problem.motion.dimension or USUAL
@@ -88,7 +88,7 @@ class ObjectArcs:
 
     def _alike(self, step: GraphArc) -> ObjectArc | None:
         """Return an arc, made once for all of its kind."""
-        if step.kind is None:
+        if step.kind is None or self._judge.problem.hand is not None:
             return self._make(step)
         if step.kind not in self._kinds:
             self._kinds[step.kind] = self._make(step)
@@ -101,9 +101,9 @@ class ObjectArcs:
         node = judge.node(self._graph.pose(step.head))
         if not (places.object_free and node.object_free):
             return None
-        radii = judge.problem.fingers.radius.tolist()
-        lengths: dict[float, Array] = {}
-        free: dict[float, list[bool]] = {}
+        radii = judge.problem.fingers.shapes
+        lengths: dict[tuple[float, int], Array] = {}
+        free: dict[tuple[float, int], list[bool]] = {}
         for i, radius in enumerate(radii):
             if radius not in lengths:
                 lengths[radius] = np.ascontiguousarray(step.lengths(judge.centres(i)))

@@ -42,7 +42,7 @@ class Closure:
         problem, hand = judge.problem, judge.problem.fingers
         self._graph, self._stop = problem.object_graph, stop
         self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
-        firsts = {radius: i for i, radius in reversed(list(enumerate(hand.radius.tolist())))}
+        firsts = {shape: i for i, shape in reversed(list(enumerate(hand.shapes)))}
         self._centres = [judge.centres(i) for i in firsts.values()]
         # Two points of contact resist no moment about the line that joins them.
         point, needed = not hand.soft.any(), problem.mechanics.z_min > 0.0

@@ -8,10 +8,12 @@ from typing import Any, TypeVar
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.hand.paths import JointPaths
 from gm_ompl.planfile.arcs import arc_record
 from gm_ompl.planfile.model import (
     FORMAT,
     DisplacementStep,
+    HandRecord,
     Mode,
     PlacementRecord,
     Plan,
@@ -39,6 +41,7 @@ def assemble(
     parameters: Mapping[str, Any] | None = None,
     optimal: bool = False,
     lower_bound: float | None = None,
+    paths: JointPaths | None = None,
 ) -> Plan:
     """Return the plan that ``moves`` make.
 
@@ -57,6 +60,7 @@ def assemble(
         optimal: whether the plan is proven optimal on the lattice.
         lower_bound: no plan is cheaper; None or infinite where no number can be given. Rounding
             above the cost is taken back.
+        paths: a hand's joint paths along the moves.
 
     Raises:
         pydantic.ValidationError: ``statistics`` or ``parameters`` cannot be stored as JSON.
@@ -84,6 +88,7 @@ def assemble(
         scenario=dict(scenario),
         statistics=Statistics(**plain, history=history),
         steps=steps,
+        hand=None if paths is None else hand_record(paths),
     )
 
 
@@ -118,6 +123,14 @@ def _step(problem: Problem, move: Move) -> DisplacementStep | RegraspStep:
         from_=placements[move.finger], to=placement_record(problem, move.target),
         way=None if move.way is None else move.way.tolist(),
         placements=placements, **control(move.rest, move.finger), cost=move.cost,
+    )  # fmt: skip
+
+
+def hand_record(paths: JointPaths) -> HandRecord:
+    """Return joint paths as the file states them."""
+    return _made(
+        HandRecord, joints=paths.joints, approach=paths.approach.tolist(),
+        steps=[rows.tolist() for rows in paths.moves], retreat=paths.retreat.tolist(),
     )  # fmt: skip
 
 

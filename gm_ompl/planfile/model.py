@@ -113,6 +113,25 @@ class RegraspStep(PlanPart):
 Step: TypeAlias = Annotated[DisplacementStep | RegraspStep, Field(discriminator="kind")]
 
 
+JointRow: TypeAlias = tuple[float, ...]
+
+
+class HandRecord(PlanPart):
+    """What a robot hand's hinges do; angles in rad, a number per joint in every row.
+
+    Attributes:
+        joints: the hinges' names, as in the hand's file.
+        approach: from home to where all fingertips touch.
+        steps: per step; rows of a displacement are evenly spaced along its arc.
+        retreat: from the last configuration home.
+    """
+
+    joints: tuple[str, ...]
+    approach: tuple[JointRow, ...] = Field(min_length=1)
+    steps: tuple[Annotated[tuple[JointRow, ...], Field(min_length=2)], ...]
+    retreat: tuple[JointRow, ...] = Field(min_length=1)
+
+
 class Statistics(PlanPart):
     """What the search did; a planner may add keys.
 
@@ -153,6 +172,7 @@ class Plan(PlanPart):
         scenario: the whole scenario as resolved.
         statistics: what the search did.
         steps: in order; each starts where the last ended.
+        hand: joint paths, where the scenario has a hand.
     """
 
     format: Literal["gm-ompl-plan/2"]
@@ -167,6 +187,7 @@ class Plan(PlanPart):
     scenario: Json
     statistics: Statistics
     steps: tuple[Step, ...]
+    hand: HandRecord | None = None
 
     @field_validator("parameters", "scenario")
     @classmethod

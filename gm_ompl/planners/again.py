@@ -47,14 +47,14 @@ def settled(
     if not searcher.specs.randomised:
         return result, steady
     for _ in range(SEARCHES - 1):
-        left = _left(budget, result)
-        if not steady.fails or left is None:
+        budget_left = left(budget, result)
+        if not steady.fails or budget_left is None:
             break
         try:
-            again, other = _chosen(judge, searcher.solve(judge.problem, judge, left, rng))
+            again, other = _chosen(judge, searcher.solve(judge.problem, judge, budget_left, rng))
         except LimitError:
             break
-        statistics = _added(result, again)
+        statistics = added(result, again)
         if other.stands:
             return dataclasses.replace(again, statistics=statistics), other
         counted = {key: statistics[key] for key in COUNTED}
@@ -79,14 +79,14 @@ def _chosen(judge: Judge, result: SearchResult) -> tuple[SearchResult, Steady]:
 def _steady(judge: Judge, moves: tuple[Move, ...]) -> Steady:
     """Return moves under steady control; a search that used its time up gets a little for it."""
     try:
-        left = limits.left()
-        with limits.lifted(max(left, STEADY_SECONDS) if left < math.inf else None):
+        seconds = limits.left()
+        with limits.lifted(max(seconds, STEADY_SECONDS) if seconds < math.inf else None):
             return steady_moves(judge, moves)
     except (KeyboardInterrupt, LimitError):
         return Steady(moves, None)
 
 
-def _left(budget: Budget, result: SearchResult) -> Budget | None:
+def left(budget: Budget, result: SearchResult) -> Budget | None:
     """Return what is left of a budget after a search; None where that is nothing."""
     if result.status is not Status.SOLVED or limits.reached() or (budget.stop and budget.stop()):
         return None
@@ -100,7 +100,7 @@ def _left(budget: Budget, result: SearchResult) -> Budget | None:
     return dataclasses.replace(budget, max_iterations=most, time_limit=seconds)
 
 
-def _added(first: SearchResult, second: SearchResult) -> dict[str, object]:
+def added(first: SearchResult, second: SearchResult) -> dict[str, object]:
     """Return the second search's statistics, the first one's added."""
     before, now = first.statistics, second.statistics
     counted = {key: before[key] + now[key] for key in COUNTED}

@@ -26,6 +26,7 @@ from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
 from gm_ompl.scenario.motions import make_motion, rotation_matrix
+from gm_ompl.scenario.robot_hand import check_hand, make_hand, with_found_files
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 from gm_ompl.scenario.uncertain import make_uncertainty
@@ -63,6 +64,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
         ScenarioError: the shapes, faces or poses make no usable problem.
     """
     notes = Notes(document)
+    model = with_found_files(model, notes)
     made = notes.attempt(("object", "shape"), lambda: _object(model))
     obstacles = _obstacles(model, notes)
     notes.stop()
@@ -73,11 +75,11 @@ def build(model: ScenarioModel, document: Document) -> Built:
     ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
     moving = (make_motion if model.motion.free is None else make_free)(model, ground, notes)
     fingers = make_fingers(model, body, notes)
+    hand = make_hand(model.hand, model.fingers.count, notes)
     notes.stop()
     assert moving is not None
     assert fingers is not None
-    lattice = _lattice(model, moving.motion)
-    _check_size(model, lattice, fingers, notes)
+    lattice = _lattice(model, moving.motion, fingers, notes)
     problem = Problem(
         name=model.name,
         body=body,
@@ -95,11 +97,19 @@ def build(model: ScenarioModel, document: Document) -> Built:
         ),
         cost=CostSettings(**model.cost.model_dump()),
         uncertainty=_uncertainty(model, body, fingers, notes),
+        hand=hand,
     )
-    _check_poses(problem, notes)
-    notes.stop()
+    _check(problem, notes)
     filled = model.model_copy(update={"motion": moving.model})
     return Built(problem, filled, tuple(ground.warnings))
+
+
+def _check(problem: Problem, notes: Notes) -> None:
+    """Raise what is wrong with the problem as a whole."""
+    _check_poses(problem, notes)
+    notes.stop()
+    check_hand(problem, notes)
+    notes.stop()
 
 
 def _uncertainty(model: ScenarioModel, body: Body, fingers: Fingers, notes: Notes) -> Uncertainty:
@@ -181,7 +191,14 @@ def _check_thickness(body: Body, environment: Environment, notes: Notes) -> None
         notes.add(("object", "shape"), text)
 
 
-def _lattice(model: ScenarioModel, motion: Motion) -> Lattice:
+def _lattice(model: ScenarioModel, motion: Motion, fingers: Fingers, notes: Notes) -> Lattice:
+    """Return the lattice, once its size is looked at."""
+    lattice = _nodes(model, motion)
+    _check_size(model, lattice, fingers, notes)
+    return lattice
+
+
+def _nodes(model: ScenarioModel, motion: Motion) -> Lattice:
     if isinstance(motion, FreeMotion):
         return Lattice((), ())
     if isinstance(motion, PlanarMotion):

@@ -64,6 +64,7 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
         clearance=CLEARANCE * radius if clearance is None else np.array(per_finger(clearance, n)),
         transit=model.fingers.transit,
         leave=model.fingers.leave,
+        named=model.hand is not None,
     )
 
 

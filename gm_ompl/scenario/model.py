@@ -34,6 +34,7 @@ from gm_ompl.scenario.fields import (
     said,
 )
 from gm_ompl.scenario.goals import AnyGoal, FreeModel
+from gm_ompl.scenario.hand_model import RobotModel
 from gm_ompl.scenario.uncertain import UncertaintyModel
 
 FORMAT = "gm-ompl-scenario/1"
@@ -267,6 +268,7 @@ class ScenarioModel(Strict):
     friction: FrictionModel
     gravity: NotNegative = said("along -z", 9.8)
     fingers: FingersModel
+    hand: RobotModel | None = Field(None, description="the robot hand behind the fingertips")
     environment: EnvironmentModel = EnvironmentModel()
     motion: MotionModel
     lattice: LatticeModel

@@ -47,7 +47,16 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
     problem = problem_of(plan)
     pace, units = pace or Pace(), Units.of(problem)
     line = schedule(plan, problem, pace, STEP, lean=lean)
-    return Setup(plan, problem, pace, units, line, world(problem, units))
+    allowed = Allowed() if problem.hand is None else with_a_hand(problem.body.diagonal)
+    return Setup(plan, problem, pace, units, line, world(problem, units), allowed)
+
+
+def with_a_hand(size: float) -> Allowed:
+    """Return what counts as holding on a robot hand, for an object of diagonal ``size`` [m].
+
+    Motors give way by up to a millimetre, links are heavy, and a finger without a load slides.
+    """
+    return Allowed(end_position=3e-3 / size, end_angle=2.0, static_slip=0.02, slip=0.02, force=0.3)
 
 
 def execute(
@@ -105,6 +114,8 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
         z=math.inf if setup.plan.least_z is None else setup.plan.least_z,
         inertia=inertia,
         inertia_share=share,
+        torque=measured.torque,
+        touching=measured.touching,
     )
     return replace(shown, findings=tuple(_findings(shown, setup, slack)))
 
@@ -131,8 +142,20 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
         for what, value, limit, unit in limits
         if not value <= limit
     ]
+    found += _robot_findings(report)
     if report.z < z_min * (1.0 - 1e-6):
         found.append(f"the plan states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
+    return found
+
+
+def _robot_findings(report: ExecutionReport) -> list[str]:
+    """Return what motors and links did that they must not."""
+    found = [f"{a} and {b} touch" for a, b in report.touching]
+    if report.torque:
+        most = max(report.torque, key=report.torque.__getitem__)
+        if report.torque[most] > 1.0:
+            asked = f"{report.torque[most]:.3g} of its motor's torque"
+            found.append(f"joint {most} is asked for {asked}")
     return found
 
 

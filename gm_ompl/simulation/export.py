@@ -70,7 +70,7 @@ def _row(line: Timeline, k: int) -> dict[str, str]:
         finger = f"finger{i}"
         add(finger, POSE, *line.centre[k, i], *turn)
         add(finger, ("nx", "ny", "nz"), *line.normal[k, i])
-        row[f"{finger}_mode"] = mode = _mode(line, k, i)
+        row[f"{finger}_mode"] = mode = instant_mode(line, k, i)
         row[f"{finger}_f_com"] = ""
         if mode in ("force", "switch"):
             add(finger, ("f_com",), line.f_com[k, i])
@@ -78,7 +78,8 @@ def _row(line: Timeline, k: int) -> dict[str, str]:
     return row
 
 
-def _mode(line: Timeline, k: int, i: int) -> str:
+def instant_mode(line: Timeline, k: int, i: int) -> str:
+    """Return a finger's mode at an instant: position, force, switch or free."""
     if not line.down[k, i]:
         return "free"
     share = float(line.force_share[k, i])

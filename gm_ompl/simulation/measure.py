@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -85,6 +85,10 @@ class ExecutionReport:
     z: float
     inertia: float  # largest inertia force in the norm (7)
     inertia_share: float  # largest ratio of that to the plan's z at the same instant
+    # per hinge of a robot hand, the greatest torque asked for, over its motor's
+    torque: dict[str, float] = field(default_factory=dict)
+    # bodies that a link other than a fingertip touched, by pairs of names
+    touching: tuple[tuple[str, str], ...] = ()
 
     @property
     def holds(self) -> bool:
@@ -111,6 +115,9 @@ class ExecutionReport:
             f"least z {self.z:.4g}",
         ]
         lines += [f"  {_finger(report, D)}" for report in self.fingers]
+        if self.torque:
+            shares = ", ".join(f"{name} {100 * share:.0f}%" for name, share in self.torque.items())
+            lines.append(f"  torques      {shares} of the motors' at most")
         lines += [f"note: {note}" for note in self.notes]
         lines += [f"NOT: {finding}" for finding in self.findings]
         return "\n".join(lines)
@@ -146,6 +153,12 @@ class Measurement:
         self.rotation = rotations(recording.quaternion)
         self.centre = recording.centre / self.units.length
         self.normal_force = recording.normal_force / self.units.force
+        robot = player.robot
+        self.torque: dict[str, float] = {}
+        self.touching: tuple[tuple[str, str], ...] = ()
+        if robot is not None and problem.hand is not None:
+            self.torque = dict(zip(problem.hand.joints, robot.used.tolist(), strict=True))
+            self.touching = tuple(sorted(robot.touched))
         self.moving = self.timeline.phase[self.rows] == MOVE
         self.weight = force_unit(problem)
         self._window = max(1, round(window / (EVERY * STEP)))
@@ -166,12 +179,15 @@ class Measurement:
         """Return (K, n), how far the fingertips' points have gone over the object's surface.
 
         Followed is the point of the fingertip that touched first, in the object frame, along the
-        surface, since the finger came down; 0 while it is up.
+        surface, since the finger came down, beside what a robot's fingertip is to roll; 0 while it
+        is up.
         """
         timeline, rows = self.timeline, self.rows
         arms = self.problem.fingers.radius[:, None] * timeline.normal[rows]
         touch = self.centre + arms - self.position[:, None]
         local = np.einsum("kji,knj->kni", self.rotation, touch)
+        planned = timeline.centre[rows] + arms - timeline.position[rows][:, None]
+        local -= np.einsum("kji,knj->kni", timeline.rotation[rows], planned)
         inward = np.einsum("tji,tnj->tni", timeline.rotation[rows], timeline.normal[rows])
         down, slip = timeline.down[rows], np.zeros(local.shape[:2])
         for i in range(local.shape[1]):

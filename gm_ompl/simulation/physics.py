@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, final
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -56,52 +57,50 @@ def _unheard(_: str) -> None:
     """Take a warning of MuJoCo's."""
 
 
-class Physics:
+class Physics(ABC):
     """A world in motion.
 
-    The object is free and begins at ``position`` (3,), turned by ``quaternion`` (w, x, y, z);
-    the fingertips, from ``centres`` (n, 3) on, are free spheres that are pushed by forces and
-    turned by decree. They touch the object alone: that their way is clear of everything else
-    is the planner's business.
+    Args:
+        world: its bodies.
+        model: MuJoCo's model of them; geometries "tip0", "tip1", ... are the fingertips.
+        place: where the object's pose begins in ``qpos``.
     """
 
-    def __init__(self, world: Bodies, position: Array, quaternion: Array, centres: Array) -> None:
-        self._mujoco = load()
-        self.world, n = world, len(world.radius)
-        self.model = self._mujoco.MjModel.from_xml_string(_mjcf(world))
-        self.data = self._mujoco.MjData(self.model)
-        self._q = self.data.qpos.reshape(1 + n, 7)
-        self._v = self.data.qvel.reshape(1 + n, 6)
-        self._push = self.data.xfrc_applied[-n:, :3] if n else np.zeros((0, 3))
-        self._wrench = self.data.xfrc_applied[1]
-        self._q[0, :3], self._q[0, 3:] = position, quaternion
-        self._q[1:, :3], self._q[1:, 3:] = centres, quaternion
-        self._geoms = np.full(self.model.ngeom, -1)
-        for i in range(n):
-            name = self._mujoco.mjtObj.mjOBJ_GEOM
-            self._geoms[self._mujoco.mj_name2id(self.model, name, f"tip{i}")] = i
-        self._mujoco.mj_forward(self.model, self.data)
+    def __init__(self, world: Bodies, model: Any, place: int) -> None:
+        self._mujoco, self.world, self.model = load(), world, model
+        self.data = self._mujoco.MjData(model)
+        self._place = place
+        self._body = int(model.body("object").id)
+        self._wrench = self.data.xfrc_applied[self._body]
+        self._geoms = np.full(model.ngeom, -1)
+        for i in range(len(world.radius)):
+            self._geoms[model.geom(f"tip{i}").id] = i
+
+    def put(self, position: Array, quaternion: Array) -> None:
+        """Put the object at ``position`` (3,), turned by ``quaternion`` (w, x, y, z)."""
+        self.data.qpos[self._place : self._place + 7] = [*position, *quaternion]
 
     @property
     def position(self) -> Array:
         """(3,), the object's centre of mass as modelled: the origin of its frame."""
-        return np.array(self._q[0, :3])
+        return np.array(self.data.qpos[self._place : self._place + 3])
 
     @property
     def quaternion(self) -> Array:
         """(4,), the object's orientation (w, x, y, z)."""
-        return np.array(self._q[0, 3:])
+        return np.array(self.data.qpos[self._place + 3 : self._place + 7])
 
     @property
+    @abstractmethod
     def centres(self) -> Array:
         """(n, 3), the fingertips' centres."""
-        return np.array(self._q[1:, :3])
 
     @property
+    @abstractmethod
     def velocities(self) -> Array:
         """(n, 3), of the fingertips' centres."""
-        return np.array(self._v[1:, :3])
 
+    @abstractmethod
     def step(
         self, forces: Array, quaternion: Array, spin: Array, wrench: Array | None = None
     ) -> None:
@@ -109,18 +108,18 @@ class Physics:
 
         Args:
             forces: (n, 3), on the fingertips [N].
-            quaternion: (4,), the fingertips' orientation.
+            quaternion: (4,), the fingertips' orientation, where they have one of their own.
             spin: (3,), their angular velocity, in their own frame [rad/s].
             wrench: (6,), a disturbance of the object, world frame, about its ``position``.
         """
-        self._q[1:, 3:], self._v[1:, 3:] = quaternion, spin
-        self._push[:] = forces
+
+    def disturb(self, wrench: Array | None) -> None:
+        """Apply a wrench (6,) to the object in the next step, world frame, about its position."""
         self._wrench[:] = 0.0
         if wrench is not None:
             # MuJoCo's acts at the true centre of mass.
-            arm = self.data.xipos[1] - self.data.xpos[1]
+            arm = self.data.xipos[self._body] - self.data.xpos[self._body]
             self._wrench[:3], self._wrench[3:] = wrench[:3], wrench[3:] - np.cross(arm, wrench[:3])
-        self._mujoco.mj_step(self.model, self.data)
 
     def normal_forces(self) -> Array:
         """Return (n,), each fingertip's normal force on the object in the last step [N]."""
@@ -159,7 +158,47 @@ class Physics:
             yield picture
 
 
-def _mjcf(world: Bodies) -> str:
+@final
+class FreeTips(Physics):
+    """A world whose fingertips belong to no robot.
+
+    The object is free and begins at ``position`` (3,), turned by ``quaternion`` (w, x, y, z);
+    the fingertips, from ``centres`` (n, 3) on, are free spheres that are pushed by forces and
+    turned by decree. They touch the object alone: that their way is clear of everything else
+    is the planner's business.
+    """
+
+    def __init__(self, world: Bodies, position: Array, quaternion: Array, centres: Array) -> None:
+        n = len(world.radius)
+        super().__init__(world, load().MjModel.from_xml_string(mjcf(world)), 0)
+        self._q = self.data.qpos.reshape(1 + n, 7)
+        self._v = self.data.qvel.reshape(1 + n, 6)
+        self._push = self.data.xfrc_applied[-n:, :3] if n else np.zeros((0, 3))
+        self.put(position, quaternion)
+        self._q[1:, :3], self._q[1:, 3:] = centres, quaternion
+        self._mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def centres(self) -> Array:
+        """(n, 3), the fingertips' centres."""
+        return np.array(self._q[1:, :3])
+
+    @property
+    def velocities(self) -> Array:
+        """(n, 3), of the fingertips' centres."""
+        return np.array(self._v[1:, :3])
+
+    def step(
+        self, forces: Array, quaternion: Array, spin: Array, wrench: Array | None = None
+    ) -> None:
+        """Do as ``Physics`` says; fingertips are turned as they are told."""
+        self._q[1:, 3:], self._v[1:, 3:] = quaternion, spin
+        self._push[:] = forces
+        self.disturb(wrench)
+        self._mujoco.mj_step(self.model, self.data)
+
+
+def mjcf(world: Bodies) -> str:
     """Return the world in MuJoCo's language."""
     meshes: list[str] = []
     fixed = []

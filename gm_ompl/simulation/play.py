@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.simulation.physics import TIP_MASS, Physics
+from gm_ompl.simulation.physics import TIP_MASS, FreeTips
+from gm_ompl.simulation.robot import Robot
 from gm_ompl.simulation.timeline import Timeline
 from gm_ompl.simulation.world import Bodies, Units
 
@@ -103,7 +104,11 @@ class Player:
         self.timeline, self.units, self.world = timeline, units, world
         self._si = timeline.scaled(units.length, units.force, world.offset)
         start = self._si.position[0] + np.array([0.0, 0.0, world.lift])
-        self.physics = Physics(world, start, timeline.quaternion[0], self._si.centre[0])
+        turned = timeline.quaternion[0]
+        self.robot: Robot | None = None
+        if world.hand is not None:
+            self.robot = Robot(world, start, turned, timeline.joints[0])
+        self.physics = self.robot or FreeTips(world, start, turned, self._si.centre[0])
         self.servo = Servo(self._si)
         self.instant = 0
 
@@ -151,6 +156,9 @@ class Player:
 
     def _step(self, k: int, wrench: Wrench | None) -> None:
         line, here = self._si, self.physics
+        if self.robot is not None:
+            arms = self.world.radius[:, None] * line.normal[k]
+            self.robot.aim(line.joints[k], line.joint_speed[k], arms)
         forces = self.servo.forces(k, here.centres, here.velocities)
         disturbance = None if wrench is None else wrench(self.instant, here.quaternion)
         here.step(forces, self.timeline.quaternion[k], line.own_spin[k], disturbance)

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.motion.arc import Moment
-from gm_ompl.planfile.arcs import pose_before
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance
-from gm_ompl.simulation.segments import Run, commanded, runs
-from gm_ompl.simulation.timeline import PHASES, Pace, Timeline, between, joined, progress, ramp
-from gm_ompl.simulation.transit import TOUCHING, Transit
-from gm_ompl.simulation.world import force_unit
-
-TOUCH = 0.02
-"""Force with which a finger feels for the surface, of the unit of force (the object's weight)."""
+from gm_ompl.simulation.hand_ways import AirWay, HandWays
+from gm_ompl.simulation.phases import Phases
+from gm_ompl.simulation.segments import Run, commanded
+from gm_ompl.simulation.timeline import Pace, Timeline, between, joined, progress, ramp
 
 
 def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool = True) -> Timeline:
@@ -42,42 +35,21 @@ def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool 
     Raises:
         InputError: the plan moves nothing, or does not fit the scenario.
     """
-    return _Scheduler(plan, problem, pace, dt, lean).run()
+    return Scheduler(plan, problem, pace, dt, lean).run()
 
 
-class _Scheduler:
-    """Lays down one phase after the other; ``now`` holds what a timeline says at rest."""
-
-    def __init__(self, plan: Plan, problem: Problem, pace: Pace, dt: float, lean: bool) -> None:
-        self.problem, self.pace, self.dt, self.lean = problem, pace, dt, lean
-        self.parts = runs(plan, problem)
-        self.size, self.touch = problem.body.diagonal, TOUCH * force_unit(problem)
-        self.timelines: list[Timeline] = []
-        self.notes: list[str] = []
-        first, n = plan.steps[0], problem.fingers.count
-        z = first.z if isinstance(first, RegraspStep) else first.segments[0].z
-        self.pose = pose_before(plan, 0, problem)
-        self.points = np.array([place.point for place in first.placements])
-        self.normals = np.array([place.normal for place in first.placements])
-        self.now = SimpleNamespace(
-            force_share=np.zeros(n),
-            f_com=np.zeros(n),
-            lean=np.zeros((n, 3)),
-            least=np.full(n, np.nan),
-            most=np.full(n, np.nan),
-            limit=np.full(n, self.touch),
-            press=np.zeros(n),
-            down=np.zeros(n, dtype=bool),
-            landing=np.zeros(n, dtype=bool),
-            step=-1,
-            segment=-1,
-            z=z,
-        )
+@final
+class Scheduler(Phases):
+    """Lays down one phase after the other."""
 
     def run(self) -> Timeline:
+        """Return the whole timeline."""
         everyone = np.ones(self.problem.fingers.count, dtype=bool)
-        offs = self._offs(everyone)
-        self._rest("settle", self.pace.settle, off=offs)
+        if self.hand is None:
+            offs = self._offs(everyone)
+            self._rest("settle", self.pace.settle, off=offs)
+        else:
+            offs = self._from_home(self.hand)
         self._land("approach", everyone, offs)
         for part in self.parts:
             if isinstance(part, list):
@@ -85,10 +57,28 @@ class _Scheduler:
             else:
                 self._regrasp(*part)
         self._rest("settle", self.pace.settle)
-        return joined(self.timelines)
+        if self.hand is None:
+            return joined(self.timelines)
+        self._go_home(self.hand)
+        return self.hand.followed(joined(self.timelines))
 
-    def _samples(self, seconds: float) -> int:
-        return max(2, round(seconds / self.dt))
+    def _from_home(self, hand: HandWays) -> Array:
+        """Bring the hand from home; return how the fingers stand off then, as ``_offs`` does."""
+        way = hand.approach()
+        at_home = np.tile(way.joints[0], (self._samples(self.pace.settle), 1))
+        self._fly("settle", AirWay(at_home, np.tile(way.tips[0], (len(at_home), 1, 1))))
+        self._fly("transit", way)
+        return self._lowered("approach", self._standing(way.tips[-1]))
+
+    def _go_home(self, hand: HandWays) -> None:
+        """Lift all fingers and bring the hand home."""
+        way, now = hand.retreat(), self.now
+        faint, nothing = np.minimum(self.touch, now.f_com), np.zeros_like(now.lean)
+        self._switch(now.force_share > 0, faint, nothing)
+        now.down, now.force_share = np.zeros_like(now.down), np.zeros_like(now.force_share)
+        rising = ramp(self._samples(self.pace.lift))
+        self._rest("lift", self.pace.lift, np.multiply.outer(rising, self._standing(way.tips[0])))
+        self._fly("transit", way)
 
     def _run(self, run: Run) -> None:
         """Move the object along the segments of ``run``."""
@@ -118,9 +108,20 @@ class _Scheduler:
         spread: dict[str, Any] = {
             name: np.array(values)[which] for name, values in per_segment.items()
         }
+        if self.hand is not None:
+            spread["joints"] = self._hinges(self.hand, run, which, left)
         self._add("move", way, f_com=f_com, lean=lean, **spread)
         self.pose, now.f_com, now.lean = way[-1], f_com[-1], leans[-1]
         now.step, now.z = run[-1].step, run[-1].record.z
+        now.joints = spread["joints"][-1] if self.hand is not None else now.joints
+
+    def _hinges(self, hand: HandWays, run: Run, which: IntArray, left: Array) -> Array:
+        """Return (K, k), where the plan has the hinges, ``left`` (K,) before segments' ends."""
+        rows = []
+        for k, share in zip(which.tolist(), np.clip(1.0 - left, 0.0, 1.0).tolist(), strict=True):
+            part = run[k].part
+            rows.append(hand.along(run[k].step, part.first + share * (part.last - part.first)))
+        return np.array(rows)
 
     def _balances(self, run: Run, force: BoolArray, forces: Array) -> list[Balance]:
         """Return forces that hold the object, per segment."""
@@ -172,14 +173,27 @@ class _Scheduler:
         chosen = np.arange(len(force)) == i
         now.down = now.down & ~chosen
         rising = ramp(self._samples(pace.lift))
-        way = self._way(step)
+        air = None if self.hand is None else self.hand.regrasp(number)
+        way = self._way(step) if air is None else self._ends(step, air)
         stands = self.pose.to_object(way)
         off, on = np.where(chosen[:, None], stands[[[1], [-2]]] - stands[[[0], [-1]]], 0.0)
         self._rest("lift", pace.lift, off=np.multiply.outer(rising, off))
         now.limit[i], now.f_com[i] = self.touch, 0.0
         self.points[i], self.normals[i] = np.array(step.to.point), np.array(step.to.normal)
-        self._bring(i, way[1:-1])
+        if self.hand is None or air is None:
+            self._bring(i, way[1:-1])
+        else:
+            self._fly("transit", AirWay(air.joints, self._only(i, air.tips[:, i])))
+            on = self._lowered("land", on)
+            now.joints = self.hand.last(number)
         self._land("land", chosen, on)
+
+    def _ends(self, step: RegraspStep, air: AirWay) -> Array:
+        """Return where a finger touches, stands off, does so elsewhere and touches, (4, 3)."""
+        i, radius = step.finger, self.problem.fingers.radius[step.finger]
+        touching = [np.array(p.point) - radius * np.array(p.normal) for p in (step.from_, step.to)]
+        first, last = self.pose.apply(np.array(touching))
+        return np.array([first, air.tips[0, i], air.tips[-1, i], last])
 
     def _way(self, step: RegraspStep) -> Array:
         """Return a regrasp's way, world frame: as it is planned, or one that is found here."""
@@ -191,81 +205,3 @@ class _Scheduler:
             number = self.now.step
             self.notes.append(f"step {number}: finger {i} finds no clear way to its new place")
         return whole
-
-    def _bring(self, i: int, corners: Array) -> None:
-        """Bring the lifted finger ``i`` along a way to where it stands off its new placement."""
-        speed = self.pace.transit * self.size
-        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-        legs = [
-            a + np.outer(progress(length, speed, self.pace.ramp / 2.0, self.dt) / length, b - a)
-            for a, b, length in zip(corners, corners[1:], lengths, strict=False)
-            if length > 0
-        ]
-        path = np.concatenate(legs) if legs else corners[:1]
-        self._add("transit", [self.pose] * len(path), path=(i, path))
-
-    def _transit(self) -> Transit:
-        height = self.pace.clearance * self.size
-        return Transit(self.problem, self.pose, self.points, self.normals, height)
-
-    def _offs(self, which: BoolArray) -> Array:
-        """Return (n, 3), how the fingers ``which`` stand off, object frame; 0 for the others."""
-        transit, offs = self._transit(), np.zeros_like(self.points)
-        for i in np.flatnonzero(which).tolist():
-            offs[i] = transit.off(i, self.points[i], self.normals[i])
-        return offs
-
-    def _land(self, phase: str, which: BoolArray, offs: Array) -> None:
-        """Bring fingers down to their placements, and a little beyond until they feel it.
-
-        They come from ``offs`` (n, 3) off them, object frame.
-        """
-        lift = self.pace.lift
-        falling = ramp(self._samples(lift))[:, None]
-        beside = np.abs((offs * self.normals).sum(axis=1)) <= TOUCHING * self.size
-        if (offs[beside] != 0.0).any():
-            # A finger that felt for the surface before it is there would land on an edge.
-            share = np.where(beside[:, None], 1.0 - falling[:, :, None], 1.0)
-            self._rest(phase, lift, share * offs)
-            offs = np.where(beside[:, None], 0.0, offs)
-        press = falling * (self.pace.reach * self.size * which)
-        looking = np.tile(which, (len(falling), 1))
-        self._rest(phase, lift, (1.0 - falling[:, :, None]) * offs, press=press, landing=looking)
-        self.now.down = self.now.down | which
-
-    def _rest(
-        self, phase: str, seconds: float, off: Array | float = 0.0, **arrays: Array | BoolArray
-    ) -> None:
-        self._add(phase, [self.pose] * self._samples(seconds), None, off, **arrays)
-
-    def _add(
-        self,
-        phase: str,
-        way: Sequence[Pose],
-        path: tuple[int, Array] | None = None,
-        off: Array | float = 0.0,
-        **arrays: Array | BoolArray,
-    ) -> None:
-        """Append instants at the K poses ``way``; what is not given stays as it is.
-
-        Fingertips are ``off`` (K, n, 3) where they touch, object frame.
-        """
-        K = len(way)
-        position = np.array([pose.position for pose in way])
-        rotation = np.array([pose.rotation for pose in way])
-        local = self.points - self.problem.fingers.radius[:, None] * self.normals
-        local = local + np.broadcast_to(off, (K, *local.shape))
-        centre = np.einsum("tij,tnj->tni", rotation, local) + position[:, None]
-        if path is not None:
-            centre[:, path[0]] = path[1]
-        fields: dict[str, Any] = {}
-        for name, value in {**vars(self.now), "phase": PHASES.index(phase)}.items():
-            still = np.asarray(value)
-            given = np.broadcast_to(arrays.pop(name, still), (K, *still.shape))
-            fields[name] = given.astype(still.dtype)
-        assert not arrays
-        fields["lean"] = np.einsum("tij,tnj->tni", rotation, fields["lean"])
-        normal = np.einsum("tij,nj->tni", rotation, self.normals)
-        where = {"position": position, "rotation": rotation, "centre": centre, "normal": normal}
-        self.timelines.append(Timeline(dt=self.dt, notes=tuple(self.notes), **where, **fields))
-        self.notes.clear()

@@ -98,6 +98,7 @@ class Timeline:
     segment: IntArray  # (T,), segment of that step, -1 where the object rests
     z: Array  # (T,), the stability margin stated by the plan at that place
     phase: IntArray  # (T,), index into ``PHASES``
+    joints: Array  # (T, k), a hand's hinges [rad]; k is 0 without a hand
     notes: tuple[str, ...] = ()  # what could not be done as wished
 
     def __len__(self) -> int:
@@ -136,6 +137,11 @@ class Timeline:
     def own_spin(self) -> Array:
         """(T, 3), the angular velocity in the object's frame [rad/s]."""
         return np.asarray(np.einsum("tji,tj->ti", self.rotation, self.spin))
+
+    @cached_property
+    def joint_speed(self) -> Array:
+        """(T, k), of the hinges [rad/s]."""
+        return _rate(self.joints, self.dt)
 
     @cached_property
     def spin(self) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import InputError
+from gm_ompl.hand.spec import HandSpec
 from gm_ompl.problem import Problem
 
 SIZE = 0.0172**0.5  # D of the cork box, 60 x 60 x 100 mm [m]
@@ -41,6 +42,8 @@ class Units:
             InputError: no gravity, and no finger may press: nothing can be simulated.
         """
         unit = force_unit(problem)
+        if problem.hand is not None:  # a robot has its size, mass and motors
+            return cls(1.0, 1.0, 1.0, problem.mechanics.gravity)
         if unit <= 0:
             raise InputError("without gravity some finger must have a max_normal_force above 0")
         gravity = GRAVITY if problem.mechanics.gravity > 0 else 0.0
@@ -73,6 +76,7 @@ class Bodies:
     # how much higher than planned the object starts, so that an object of another size does not
     # start inside the floor
     lift: float = 0.0
+    hand: HandSpec | None = None  # the robot hand that the fingertips belong to
 
     @property
     def size(self) -> float:
@@ -99,6 +103,7 @@ def world(problem: Problem, units: Units) -> Bodies:
         environment_friction=environment.friction,
         gravity=units.gravity,
         offset=np.zeros((fingers.count, 3)),
+        hand=problem.hand,
     )
 
 

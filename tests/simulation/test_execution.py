@@ -20,7 +20,7 @@ from gm_ompl.app.main import app
 from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.disturb import disturb, probe, resisted
 from gm_ompl.simulation.execute import Setup, errant_world, execute, prepare
-from gm_ompl.simulation.physics import STEP, Physics
+from gm_ompl.simulation.physics import STEP, FreeTips
 from gm_ompl.simulation.pulses import Disturber, shape
 from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.simulation.world import Bodies
@@ -204,7 +204,7 @@ def _pushed(world: Bodies, force: float) -> tuple[float, float]:
     """Return how far a box on the floor goes in the first and second 0.2 s of a push [N]."""
     start, upright = np.array([0.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0, 0.0])
     far = np.full((2, 3), 5.0)
-    physics = Physics(replace(world, obstacles=()), start, upright, far)
+    physics = FreeTips(replace(world, obstacles=()), start, upright, far)
     places = []
     for pause, push in ((0.2, 0.0), (0.2, force), (0.2, force)):
         for _ in range(round(pause / STEP)):

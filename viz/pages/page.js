@@ -12,7 +12,7 @@
   // What is shown: set by present().
   let score = null, segments = [], links = [];
   let viewer = null, after_frame = () => {};
-  const nodes = { fingers: [], contacts: [] };
+  const nodes = { fingers: [], contacts: [], links: [] };
   let time = 0, playing = false, last = null, frames = 0, shown = null;
 
   function build() {
@@ -59,6 +59,7 @@
         head: at("force", "arrow", "head"), label,
       });
     }
+    nodes.links = score.links.length ? score.links[0][0].map((_, k) => find(["link" + k])) : [];
     for (let k = 0; k < score.slots; k++) {
       const at = (...more) => find(["object", "contact" + k, ...more]);
       nodes.contacts.push({ root: at(), still: at("static"), sliding: at("sliding") });
@@ -99,6 +100,12 @@
 
   const mix = (a, b, u) => a.map((value, k) => value + (b[k] - value) * u);
 
+  // Between two poses whose quaternions may have opposite signs.
+  function pose_between(a, b, u) {
+    const same = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] >= 0;
+    return mix(a, same ? b : b.map((value, k) => k < 3 ? value : -value), u);
+  }
+
   // Between neighbours of a list of points or poses; u runs from 0 to 1 over the whole list.
   function along(list, first, count, u) {
     if (count === 1) return list[first];
@@ -132,6 +139,13 @@
       f.label.textContent = i + " " + mode;
       f.label.style.color = mode === "position" ? "#005a8f" : mode === "force" ? "#a84a00" : "#555";
     });
+    if (segment && nodes.links.length) {
+      const rows = score.links[segment.step], step = score.steps[segment.step];
+      const next = score.steps[segment.step + 1], end = next ? next.t : score.duration;
+      const x = (rows.length - 1) * Math.min(1, Math.max(0, (time - step.t) / (end - step.t)));
+      const k = Math.min(Math.floor(x), rows.length - 2);
+      nodes.links.forEach((link, j) => set_pose(link, pose_between(rows[k][j], rows[k + 1][j], x - k)));
+    }
     nodes.contacts.forEach((c, k) => {
       const point = segment ? segment.contacts[k] : undefined;
       c.root.visible = point !== undefined;

@@ -1,0 +1,97 @@
+"""From the key ``hand`` to a ``HandSpec`` that fits the scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+
+import numpy as np
+
+from gm_ompl.errors import HandError
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.hand.build import Wanted, hand_spec
+from gm_ompl.hand.model import HandModel
+from gm_ompl.hand.reach import HandReach
+from gm_ompl.hand.spec import HandSpec, Tip
+from gm_ompl.problem import Problem
+from gm_ompl.scenario.hand_model import RobotModel
+from gm_ompl.scenario.messages import Notes
+from gm_ompl.scenario.model import ScenarioModel
+from gm_ompl.scenario.motions import turned
+
+
+def with_found_files(model: ScenarioModel, notes: Notes) -> ScenarioModel:
+    """Return ``model`` with the hand's file and folders by absolute paths.
+
+    A plan keeps them: whoever reads it needs the file where it was.
+    """
+    hand, folder = model.hand, notes.document.folder
+    if hand is None or folder is None:
+        return model
+
+    def found(name: str) -> str:
+        return str((folder / FilePath(name).expanduser()).absolute())
+
+    file = None if hand.file is None else found(hand.file)
+    packages = {name: found(where) for name, where in hand.packages.items()}
+    changed = hand.model_copy(update={"file": file, "packages": packages})
+    return model.model_copy(update={"hand": changed})
+
+
+def make_hand(hand: RobotModel | None, fingers: int, notes: Notes) -> HandSpec | None:
+    """Return the hand, or None where there is none or after noting what is wrong with it."""
+    if hand is None:
+        return None
+    tips = None
+    if hand.tips is not None:
+        tips = tuple(Tip(tip.link, np.array(tip.offset)) for tip in hand.tips)
+    wanted = Wanted(
+        model=hand.model,
+        file=None if hand.file is None else FilePath(hand.file),
+        packages={name: FilePath(where) for name, where in hand.packages.items()},
+        tips=tips,
+        base=Pose(turned(hand.base.rotation, 0.0), np.array(hand.base.position)),
+        home=hand.home,
+        limits={name: (low, high) for name, (low, high) in hand.limits.items()},
+        torque=hand.torque,
+        speed=hand.speed,
+    )
+    try:
+        return hand_spec(wanted, fingers)
+    except HandError as error:
+        notes.add(("hand", *error.key), str(error))
+        return None
+
+
+def check_hand(problem: Problem, notes: Notes) -> None:
+    """Note where the hand stands in something, or cannot begin."""
+    hand = problem.hand
+    if hand is None:
+        return
+    environment, start = problem.environment, problem.motion.pose(problem.start)
+    bodies = [obstacle.body for obstacle in environment.obstacles]
+    model = HandModel(hand, problem.body, bodies, environment.floor)
+    model.place(hand.home, start)
+    fixed = model.fixed_hit()
+    if fixed is not None:
+        notes.add(("hand", "base"), f"there {fixed[0]} stands in {fixed[1]}; move the base")
+        return
+    hit = model.hit(np.zeros(problem.fingers.count))
+    if hit is not None:
+        deep = f"{1000 * hit.depth:.3g} mm deep"
+        text = f"there {hit.names[0]} is in {hit.names[1]}, {deep}; move the base or the home"
+        notes.add(("hand", "home"), text)
+        return
+    _check_start(problem, model, start, notes)
+
+
+def _check_start(problem: Problem, model: HandModel, start: Pose, notes: Notes) -> None:
+    """Note a finger that reaches no placement at the start, or not the one it is given."""
+    fingers = problem.fingers
+    centres = [fingers.placements.centres(r) for r in fingers.radius.tolist()]
+    reach = HandReach(model, centres, fingers.radius, problem.body.diagonal)
+    for i, given in enumerate(fingers.start):
+        rows = range(len(fingers.placements)) if given is None else (given,)
+        if all(reach.configuration(start, i, row) is None for row in rows):
+            where = "any placement" if given is None else "its placement"
+            text = f"finger {i} does not reach {where} at the start; move the base or the object"
+            notes.add(("hand", "base") if given is None else ("fingers", "start", i), text)

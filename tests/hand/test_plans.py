@@ -1,0 +1,138 @@
+"""Plans by a robot hand: they check, tampering is found, fingertips alone are too optimistic."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gm_ompl
+from gm_ompl.feasibility.judge import hand_reach
+from gm_ompl.planfile.model import Plan
+from gm_ompl.scenario.scenario import Scenario
+
+
+def test_a_plan_with_joint_paths_holds(pushed: Plan) -> None:
+    """Joint paths: limits, continuity, fingertips on their placements and clear links check."""
+    assert pushed.status == "solved" and pushed.hand is not None
+    assert len(pushed.hand.steps) == len(pushed.steps)
+    report = gm_ompl.check(pushed)
+    assert report.holds, report.table()
+    assert {"joints", "limits", "fingertips", "links"} <= set(report.steps[0].checked)
+
+
+def test_the_file_keeps_joint_paths(pushed: Plan, tmp_path: Any) -> None:
+    """A plan that is saved and loaded has the same joint paths."""
+    pushed.save(tmp_path / "plan.json")
+    assert Plan.load(tmp_path / "plan.json").hand == pushed.hand
+
+
+def turned(hand: dict[str, Any]) -> None:
+    hand["steps"][1][1][0] += 0.05
+
+
+def broken_off(hand: dict[str, Any]) -> None:
+    hand["steps"][1][0] = hand["steps"][0][0]
+
+
+def beyond(hand: dict[str, Any]) -> None:
+    hand["approach"][1][2] = 0.1
+
+
+def elsewhere(hand: dict[str, Any]) -> None:
+    hand["approach"][0][0] += 0.1
+
+
+def renamed(hand: dict[str, Any]) -> None:
+    hand["joints"][0] = "thumb"
+
+
+def shorter(hand: dict[str, Any]) -> None:
+    hand["steps"].pop()
+
+
+def never_home(hand: dict[str, Any]) -> None:
+    hand["retreat"].pop()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "topic"),
+    [
+        (turned, "fingertips"), (broken_off, "joints"), (beyond, "limits"), (elsewhere, "joints"),
+        (renamed, "joints"), (shorter, "joints"), (never_home, "joints"),
+    ],
+)  # fmt: skip
+def test_tampered_joint_paths_are_found(
+    pushed: Plan, wrong: Callable[[dict[str, Any]], None], topic: str
+) -> None:
+    """Whatever is changed in joint paths is a violation of the right kind."""
+    document = copy.deepcopy(pushed.to_dict())
+    wrong(document["hand"])
+    plan = Plan.model_validate(document, strict=False, by_alias=True, by_name=False)
+    assert topic in {violation.topic for violation in gm_ompl.check(plan).violations}
+
+
+def test_without_joint_paths_it_does_not_hold(pushed: Plan) -> None:
+    """A scenario with a hand needs joint paths; one without has none."""
+    assert not gm_ompl.check(pushed.model_copy(update={"hand": None})).holds
+    scenario = {key: value for key, value in pushed.scenario.items() if key != "hand"}
+    assert not gm_ompl.check(pushed.model_copy(update={"scenario": scenario})).holds
+
+
+def test_fingertips_alone_plan_what_the_robot_cannot(push: Scenario, tree: dict[str, Any]) -> None:
+    """Planned without ``hand``, a finger is put where the TriFinger's does not get to."""
+    del tree["hand"]
+    free = gm_ompl.plan(tree, "astar")
+    problem = push.problem
+    assert free.status == "solved" and problem.hand is not None
+    reach, table = hand_reach(problem, problem.hand), problem.fingers.placements
+    pose, first = problem.motion.pose(problem.start), free.steps[0].placements
+    rows = [table.find(record.face, record.cell) for record in first]
+    found = [reach.configuration(pose, i, row) for i, row in enumerate(rows) if row is not None]
+    assert any(q is None for q in found)
+
+
+ROBOTS = ["trifinger-push", "trifinger-flip", "trifinger-clutter", "arm-tumble"]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_each_robot_plans(name: str) -> None:
+    """HybridRRTConnect finds a plan whose joint paths check, whichever the robot."""
+    plan = gm_ompl.plan(f"robot/{name}", "HybridRRTConnect", seed=1)
+    assert plan.status == "solved" and plan.hand is not None
+    report = gm_ompl.check(plan)
+    assert report.holds, report.table()
+
+
+def test_what_joints_refuse_is_told() -> None:
+    """A plan found after others were refused says how many, and is not called optimal."""
+    plan = gm_ompl.plan("robot/trifinger-flip", "HybridRRTConnect", seed=0)
+    told = plan.statistics.model_extra or {}
+    if told.get("joint_refusals"):
+        assert "finger" in str(told["last_refusal"]) and not plan.optimal
+
+
+def test_pages_show_the_links(pushed: Plan) -> None:
+    """The viewer has a node per solid link, and where each is in every joint row."""
+    pytest.importorskip("meshcat")
+    from gm_ompl.viz.animation import animate
+    from gm_ompl.viz.scene import scene_messages
+    from gm_ompl.viz.score import score
+
+    animation = animate(pushed)
+    told = score(animation, scene_messages(animation))["links"]
+    assert pushed.hand is not None and len(told) == len(pushed.steps)
+    assert [len(rows) for rows in told] == [len(rows) for rows in pushed.hand.steps]
+    assert {len(row) for rows in told for row in rows} == {len(animation.links)} == {12}
+
+
+def test_the_same_seed_gives_the_same_joints(push: Scenario, pushed: Plan) -> None:
+    """Joint paths are repeatable."""
+    again = gm_ompl.plan(push, "HybridRRTConnect", seed=1)
+    assert again.hand is not None and pushed.hand is not None
+    rows = [row for step in again.hand.steps for row in step]
+    assert np.array(rows).shape[1] == 9
+    assert again.hand == pushed.hand
