@@ -59,6 +59,19 @@ def test_the_wheel_is_tested_where_that_is_asked_for() -> None:
     assert not (from_checkout and os.environ.get("GM_OMPL_TEST_WHEEL"))
 
 
+def test_tests_are_the_checkout_s() -> None:
+    """A package that installs a ``tests`` of its own (dartpy does) does not stand in for them."""
+    import tests
+
+    assert tests.__file__ is not None
+    assert Path(tests.__file__) == ROOT / "tests" / "__init__.py"
+    found = subprocess.run(
+        [sys.executable, "-c", "import tests; print(tests.__file__)"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(found.stdout.strip()) == ROOT / "tests" / "__init__.py"
+
+
 def test_data_files_ship() -> None:
     """The type marker and the scenarios are found through importlib.resources."""
     assert (files("gm_ompl") / "py.typed").is_file()
@@ -103,7 +116,7 @@ print("LOADED", *[name for name in {unwanted!r} if name in sys.modules])
 def test_planning_loads_what_it_needs_and_no_more() -> None:
     """A box that is planned by astar asks for no mesh, picture, simulation, study or OMPL."""
     unneeded = (
-        "coacd", "distributed", "highspy", "IPython", "matplotlib", "meshcat", "mujoco",
+        "coacd", "dartpy", "distributed", "highspy", "IPython", "matplotlib", "meshcat", "mujoco",
         "networkx", "ompl", "optuna", "PIL", "plotly", "pyarrow",
     )  # fmt: skip
     code = f"""

@@ -15,8 +15,8 @@ import numpy as np
 import gm_ompl
 from docs.tables.pages import growing, write_page
 from gm_ompl.simulation.disturb import instants
+from gm_ompl.simulation.engine import STEP
 from gm_ompl.simulation.execute import Setup, execute, prepare
-from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.pulses import PULSE, Disturber
 from gm_ompl.study.report import number
 from gm_ompl.tolerance.strong import StrongReport

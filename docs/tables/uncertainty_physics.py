@@ -24,9 +24,10 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.reference.stability import DIRECTIONS
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.simulation.disturb import PROBED
+from gm_ompl.simulation.engine import STEP
 from gm_ompl.simulation.execute import Setup, execute, prepare
-from gm_ompl.simulation.measure import MOVE, ExecutionReport
-from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.measure import MOVE
+from gm_ompl.simulation.outcome import ExecutionReport
 from gm_ompl.simulation.play import Player, Snapshot
 from gm_ompl.simulation.pulses import PULSE, WHOLE, Disturber
 from gm_ompl.simulation.timeline import Pace

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import nullcontext
+from typing import cast
 
 from gm_ompl.app.commands import Exit, require
 from gm_ompl.app.output import note, say, say_json, writable
@@ -11,9 +12,10 @@ from gm_ompl.app.showing import opened
 from gm_ompl.app.verbs import ExecuteVerb, ExportVerb
 from gm_ompl.simulation.bag import write_bag
 from gm_ompl.simulation.disturb import disturb, largest, probe
+from gm_ompl.simulation.engine import ENGINES, EngineName
+from gm_ompl.simulation.engines import load
 from gm_ompl.simulation.execute import Setup, VariationReport, perform, prepare, vary
 from gm_ompl.simulation.export import table
-from gm_ompl.simulation.physics import load
 from gm_ompl.simulation.pulses import PulseReport
 from gm_ompl.simulation.timeline import Pace
 from gm_ompl.simulation.video import Film
@@ -26,11 +28,11 @@ ENOUGH = 0.95  # share of the trials that must succeed
 
 def execute_command(request: ExecuteVerb) -> Exit:
     """Play the plan back, put it to the test, show the result."""
-    _check(request)
-    load()
+    engine = _check(request)
+    load(engine)
     video, plot = writable(request.video, "--video"), writable(request.plot, "--plot")
     with opened(request.plan_file) as plan:
-        setup = prepare(plan, Pace(speed=request.speed), lean=request.lean)
+        setup = prepare(plan, Pace(speed=request.speed), lean=request.lean, engine=engine)
     with nullcontext() if video is None else Film(video) as film:
         report, measured = perform(setup, watch=film)
     if plot is not None:
@@ -73,13 +75,15 @@ def _tried(setup: Setup, request: ExecuteVerb) -> dict[str, PulseReport | Variat
     }  # fmt: skip
 
 
-def _check(request: ExecuteVerb) -> None:
-    """Refuse numbers that make no sense."""
+def _check(request: ExecuteVerb) -> EngineName:
+    """Refuse what makes no sense; return the engine."""
     fraction, percent = request.disturb, request.vary
     holds = fraction is None or (math.isfinite(fraction) and fraction > 0)
     require(holds, "--disturb", fraction, "a positive fraction of z, such as 0.8")
     holds = percent is None or 0 < percent <= 50
     require(holds, "--vary", percent, "a percentage above 0, at most 50")
+    require(request.engine in ENGINES, "--engine", request.engine, " or ".join(ENGINES))
+    return cast(EngineName, request.engine)
 
 
 def export_command(request: ExportVerb) -> Exit:

@@ -21,7 +21,7 @@ changes_option = partial(
 executor_option = partial(
     option, "local", "Where runs are made: local, or dask://HOST:PORT.", "WHERE"
 )
-speed_option = partial(option, 0.3, "The fastest vertex's speed, object sizes per s.", "V")
+speed_option = partial(option, 0.1, "The fastest vertex's speed, object sizes per s.", "V")
 plan_file_option = partial(argument, "A plan, as plan -o writes it; - reads stdin.", "PLAN.json")
 
 

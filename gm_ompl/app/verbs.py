@@ -202,8 +202,8 @@ class ExportVerb:
 class ExecuteVerb:
     """Play a plan back in a physics simulation.
 
-    Exit codes: 0 it holds, 2 bad input or MuJoCo missing, 5 it does not hold, or fewer than 95% of
-    the trials do.
+    Exit codes: 0 it holds, 2 bad input or the engine missing, 5 it does not hold, or fewer than
+    95% of the trials do.
     """
 
     plan_file: Path = plan_file_option()
@@ -216,6 +216,7 @@ class ExecuteVerb:
     vary: float | None = option(None, "Execute it in worlds that are off by this, too.", "PERCENT")
     trials: int = option(20, "Pulses of --disturb, or worlds of --vary.", "N", min=1)
     speed: float = speed_option()
+    engine: str = option("mujoco", "Simulator: mujoco (extra sim) or dart (extra sim2).", "NAME")
     lean: bool = option(
         True,
         "Whether fingers lean on the object with the forces of a balance, or hold positions "

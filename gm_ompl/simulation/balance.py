@@ -26,6 +26,8 @@ from gm_ompl.reference.statics import Statics, statics
 
 THRIFT = 1e-3  # weight of the sum of all forces against the depth in the cones: settles ties alone
 
+SPARE = 1e-6  # distance from the cones' faces, of ``Statics.scale``, below which there is none
+
 
 @dataclass(frozen=True, eq=False)
 class Balance:
@@ -70,6 +72,22 @@ def balance(
         return Balance(False, forces, least, most)
     forces[down] = model.scale * (model.C_rob @ found.x[edges:-1]).reshape(-1, 3)
     return Balance(True, forces, least, most)
+
+
+def balances(
+    problem: Problem,
+    moment: Moment,
+    placements: Sequence[PlacementRecord],
+    force: BoolArray,
+    f_com: Array,
+) -> bool:
+    """Return whether Eq. (3) has a solution with anything to spare; see ``balance``."""
+    model = statics_at(problem, moment, placements, range(len(placements)))
+    try:
+        found = highs.solve(_program(model, force, f_com / model.scale))
+    except SolverError:
+        return False
+    return found.status is LpStatus.OPTIMAL and found.objective > SPARE
 
 
 def statics_at(

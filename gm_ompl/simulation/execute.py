@@ -12,8 +12,10 @@ import numpy as np
 from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.simulation.measure import Allowed, ExecutionReport, Measurement
-from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.engine import STEP, EngineName
+from gm_ompl.simulation.happened import happened
+from gm_ompl.simulation.measure import Allowed, Measurement
+from gm_ompl.simulation.outcome import ExecutionReport
 from gm_ompl.simulation.play import Player
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import Pace, Timeline
@@ -32,13 +34,16 @@ class Setup:
     timeline: Timeline  # the plan over time
     world: Bodies  # the bodies as the scenario has them
     allowed: Allowed = field(default_factory=Allowed)  # what still counts as holding
+    engine: EngineName = "mujoco"  # the simulator, one of ``ENGINES``
 
     def player(self, other: Bodies | None = None) -> Player:
         """Return a player at the beginning, in this or in another world."""
-        return Player(self.timeline, self.units, other or self.world)
+        return Player(self.timeline, self.units, other or self.world, self.engine)
 
 
-def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup:
+def prepare(
+    plan: Plan, pace: Pace | None = None, *, lean: bool = True, engine: EngineName = "mujoco"
+) -> Setup:
     """Make ``plan`` ready for the simulator, at the usual pace where none is given.
 
     Raises:
@@ -48,7 +53,8 @@ def prepare(plan: Plan, pace: Pace | None = None, *, lean: bool = True) -> Setup
     pace, units = pace or Pace(), Units.of(problem)
     line = schedule(plan, problem, pace, STEP, lean=lean)
     allowed = Allowed() if problem.hand is None else with_a_hand(problem.body.diagonal)
-    return Setup(plan, problem, pace, units, line, world(problem, units), allowed)
+    bodies = world(problem, units)
+    return Setup(plan, problem, pace, units, line, bodies, allowed, engine)
 
 
 def with_a_hand(size: float) -> Allowed:
@@ -71,7 +77,7 @@ def execute(
     model excuse, as a share: of D in position, in rad in angle.
 
     Raises:
-        MissingExtraError: MuJoCo is not installed.
+        MissingExtraError: the engine is not installed.
     """
     return perform(setup, other, watch, slack)[0]
 
@@ -97,6 +103,7 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
     position, angle = np.nan_to_num(position, nan=1e9), np.nan_to_num(angle, nan=180.0)
     moving = measured.moving
     inertia, share = measured.inertia()
+    segments = happened(measured, setup.allowed)
     shown = ExecutionReport(
         name=setup.problem.name,
         findings=(),
@@ -109,8 +116,9 @@ def _report(setup: Setup, measured: Measurement, slack: float) -> ExecutionRepor
         end_angle=float(angle[-1]),
         position=float(position[moving].max(initial=0.0)),
         angle=float(angle[moving].max(initial=0.0)),
-        static_slip=measured.static_slip(),
+        static_slip=max((segment.static_slip for segment in segments), default=0.0),
         fingers=tuple(measured.finger(i, slip) for i in range(line.fingers)),
+        segments=segments,
         z=math.inf if setup.plan.least_z is None else setup.plan.least_z,
         inertia=inertia,
         inertia_share=share,

@@ -14,13 +14,8 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.errors import MissingExtraError
-from gm_ompl.simulation.world import Bodies
-
-STEP = 5e-4  # time step [s]: a sixteenth of the period of a finger on its servo
-TIP_MASS = 0.1  # what a servo moves: a fingertip and its share of the finger [kg]
-
-TIP_INERTIA = 1.0
-"""So large that a fingertip turns as it is told, whatever the contact does [kg m^2]."""
+from gm_ompl.simulation.engine import STEP, TIP_INERTIA, TIP_MASS
+from gm_ompl.simulation.world import Bodies, box_of
 
 CONTACT = "0.001 1"
 """Time constant [s] and damping ratio of a contact: two time steps, critically damped."""
@@ -58,7 +53,7 @@ def _unheard(_: str) -> None:
 
 
 class Physics(ABC):
-    """A world in motion.
+    """A world in motion, as ``Engine`` describes it.
 
     Args:
         world: its bodies.
@@ -104,14 +99,7 @@ class Physics(ABC):
     def step(
         self, forces: Array, quaternion: Array, spin: Array, wrench: Array | None = None
     ) -> None:
-        """Advance by one time step.
-
-        Args:
-            forces: (n, 3), on the fingertips [N].
-            quaternion: (4,), the fingertips' orientation, where they have one of their own.
-            spin: (3,), their angular velocity, in their own frame [rad/s].
-            wrench: (6,), a disturbance of the object, world frame, about its ``position``.
-        """
+        """Advance by one time step; see ``Engine``."""
 
     def disturb(self, wrench: Array | None) -> None:
         """Apply a wrench (6,) to the object in the next step, world frame, about its position."""
@@ -241,10 +229,9 @@ def mjcf(world: Bodies) -> str:
 
 def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
     """Return a convex piece's geometry; one that is no box adds its mesh to ``meshes``."""
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    common = f'name="{name}" rgba="{colour}"'
-    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
-    if len(vertices) == 8 and off <= 1e-12 * (high - low).max():  # a box along the axes
+    common, box = f'name="{name}" rgba="{colour}"', box_of(vertices)
+    if box is not None:
+        low, high = box
         return (
             f'<geom {common} type="box" pos="{_numbers((low + high) / 2)}" '
             f'size="{_numbers((high - low) / 2)}"/>'

@@ -9,14 +9,17 @@ from typing import TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.simulation.physics import TIP_MASS, FreeTips
+from gm_ompl.errors import InputError
+from gm_ompl.simulation.engine import TIP_MASS, Engine, EngineName
+from gm_ompl.simulation.engines import start
 from gm_ompl.simulation.robot import Robot
 from gm_ompl.simulation.timeline import Timeline
 from gm_ompl.simulation.world import Bodies, Units
 
-STIFFNESS = 2e3
-"""Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.45 mm. Contacts are
-thirty times as stiff; a finger as stiff as they are would lose its lean where they give way."""
+STIFFNESS = 1e3
+"""Of a position-controlled fingertip [N/m]: the cork box's weight moves it by 0.9 mm. Where it errs
+by a tenth of a millimetre it presses wrongly by 11% of that weight; stiffer ones, which err by more
+than the margin, lose plans that hold."""
 
 DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5  # critical [N s/m]
 
@@ -100,15 +103,19 @@ offset."""
 class Player:
     """Plays a timeline (scenario's units, time step ``STEP``) in a world (SI units)."""
 
-    def __init__(self, timeline: Timeline, units: Units, world: Bodies) -> None:
+    def __init__(
+        self, timeline: Timeline, units: Units, world: Bodies, engine: EngineName = "mujoco"
+    ) -> None:
         self.timeline, self.units, self.world = timeline, units, world
         self._si = timeline.scaled(units.length, units.force, world.offset)
-        start = self._si.position[0] + np.array([0.0, 0.0, world.lift])
+        place = self._si.position[0] + np.array([0.0, 0.0, world.lift])
         turned = timeline.quaternion[0]
         self.robot: Robot | None = None
         if world.hand is not None:
-            self.robot = Robot(world, start, turned, timeline.joints[0])
-        self.physics = self.robot or FreeTips(world, start, turned, self._si.centre[0])
+            if engine != "mujoco":
+                raise InputError("robot hands are simulated in MuJoCo alone: leave --engine away")
+            self.robot = Robot(world, place, turned, timeline.joints[0])
+        self.physics: Engine = self.robot or start(engine, world, place, turned, self._si.centre[0])
         self.servo = Servo(self._si)
         self.instant = 0
 

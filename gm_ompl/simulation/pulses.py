@@ -11,9 +11,9 @@ import numpy as np
 
 from gm_ompl.arrays import Array
 from gm_ompl.reference.statics import scaling_root
+from gm_ompl.simulation.engine import STEP
 from gm_ompl.simulation.execute import Setup
 from gm_ompl.simulation.measure import rotations
-from gm_ompl.simulation.physics import STEP
 from gm_ompl.simulation.play import Player, Snapshot
 from gm_ompl.simulation.timeline import PHASES
 from gm_ompl.writing import plain

@@ -10,11 +10,14 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
-from gm_ompl.simulation.balance import Balance, balance
+from gm_ompl.simulation.balance import Balance, balance, balances
 from gm_ompl.simulation.hand_ways import AirWay, HandWays
 from gm_ompl.simulation.phases import Phases
 from gm_ompl.simulation.segments import Run, commanded
 from gm_ompl.simulation.timeline import Pace, Timeline, between, joined, progress, ramp
+
+INSIDE = 0.01
+"""Where in a segment its ends are looked at: at the end itself a face may have come down."""
 
 
 def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool = True) -> Timeline:
@@ -135,7 +138,24 @@ class Scheduler(Phases):
                 f"no forces balance in {len(failed)} segments, the first in step "
                 f"{failed[0].step}, segment {failed[0].number}"
             )
+        self._look_between(run, force, forces)
         return found
+
+    def _look_between(self, run: Run, force: BoolArray, forces: Array) -> None:
+        """Note where nothing balances at a segment's ends: a plan is judged at their middles."""
+        before = np.concatenate([forces[:1], (forces[:-1] + forces[1:]) / 2.0, forces[-1:]])
+        for k, segment in enumerate(run):
+            for word, share, f_com in (
+                ("begins", INSIDE, before[k]),
+                ("ends", 1.0 - INSIDE, before[k + 1]),
+            ):
+                part = segment.part
+                moment = part.arc.moment(part.first + share * (part.last - part.first))
+                if not balances(self.problem, moment, segment.placements, force, f_com):
+                    where = f"step {segment.step}, segment {segment.number}"
+                    self.notes.append(
+                        f"forces balance just so, or not at all, where {where} {word}"
+                    )
 
     def _switch(self, force: BoolArray, f_com: Array, lean: Array) -> None:
         """Change modes and commanded forces while the object rests, as a junction is judged.

@@ -17,7 +17,8 @@ from gm_ompl.errors import InputError
 class Pace:
     """Speeds and times; lengths in diagonals D of the object, times in seconds."""
 
-    speed: float = 0.3  # of the object's fastest vertex while it moves [D/s]
+    # of the object's fastest vertex while it moves [D/s]: plans are quasi-static
+    speed: float = 0.1
     ramp: float = 0.3  # time to reach that speed and to stop [s]
     settle: float = 0.3  # time to come to rest, at the beginning and at the end [s]
     switch: float = 0.3  # time in which modes and commanded forces change, the object at rest [s]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gm_ompl.errors import InputError, MissingExtraError
-from gm_ompl.simulation.physics import STEP
+from gm_ompl.simulation.engine import STEP
 from gm_ompl.simulation.play import Player
 from gm_ompl.writing import whole, write_bytes
 

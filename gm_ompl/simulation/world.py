@@ -85,6 +85,15 @@ class Bodies:
         return float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
 
 
+def box_of(vertices: Array) -> tuple[Array, Array] | None:
+    """Return the two outermost corners of a convex piece that is a box along the axes, or None."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    off = np.minimum(np.abs(vertices - low), np.abs(vertices - high)).max()
+    if len(vertices) == 8 and off <= 1e-12 * (high - low).max():
+        return low, high
+    return None
+
+
 def world(problem: Problem, units: Units) -> Bodies:
     """Return the scenario's bodies in SI units."""
     fingers, environment = problem.fingers, problem.environment

@@ -1,0 +1,1 @@
+"""Tests; a package, lest one of that name be found among those installed (dartpy brings one)."""
