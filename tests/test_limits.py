@@ -176,7 +176,7 @@ def test_parts_do_not_change_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sets of placements and clearances made in small parts are those made at once."""
 
     def made() -> Iterator[np.ndarray]:
-        problem = gm_ompl.load("hand/three-fingers").problem
+        problem = gm_ompl.load("fingers/three").problem
         judge = gm_ompl.asking.judge_of(problem)
         free = judge.node(problem.motion.pose(problem.start)).free
         found = sets.placement_sets(problem.fingers.groups(), free, judge.clear, 100_000)

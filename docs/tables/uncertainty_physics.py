@@ -46,7 +46,7 @@ CASES: dict[str, tuple[str, tuple[str, ...], int]] = {
     "cork": ("paper/cork", (SEGMENTS,), 20),
     "tumble": ("paper/tumble", (SEGMENTS, SMALL), 30),
     "regrasp": ("paper/regrasp", (SEGMENTS, SMALL), 20),
-    "three-fingers": ("hand/three-fingers", (SEGMENTS,), 20),
+    "three-fingers": ("fingers/three", (SEGMENTS,), 20),
     "turn": ("planar/turn", ("mechanics.z_min=1.96",), 20),
     "turn-as-shipped": ("planar/turn", (), 20),
     "hexagon": ("shapes/hexagon", ("mechanics.z_min=1.96",), 20),

@@ -100,7 +100,7 @@ class LanePart:
     ) -> None:
         backend = judge.backend
         assert isinstance(backend, KernelBackend), "has_lanes was not asked"
-        self._problem, self._judge, self._log = problem, judge, log
+        self._judge, self._log = judge, log
         leaving = _leaving(closure, most)
         self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
         source = start_sets(problem, judge, self._graph)
@@ -110,17 +110,11 @@ class LanePart:
 
     def run(self) -> SearchResult:
         """Search for the cheapest plan."""
-        graph, search = self._graph, self._search
-        status = search.run()
-        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
-        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
-        with limits.lifted():
-            arcs, legs = search.path()
-            moves = moves_along(self._judge, graph, graph.tables.head, arcs, legs)
-        statistics = self._log.statistics(
-            search.expanded, search.generated, placement_sets=graph.lanes_met
+        graph = self._graph
+        result, self.exhausted = searched(
+            self._judge, graph, self._search, graph.tables.head, self._beyond, self._log
         )
-        return result_of(status, search.cost, search.bound, moves, statistics)
+        return result
 
 
 @final
@@ -152,27 +146,44 @@ class CellPart:
 
     def run(self) -> SearchResult:
         """Search for the cheapest plan."""
-        graph, search = self._graph, self._search
+        graph = self._graph
         self._backend.learn = graph.cuts.add
         try:
-            status = search.run()
+            result, self.exhausted = searched(
+                self._judge, graph, self._search, graph.cells.tables.head, self._beyond, self._log
+            )
         finally:
             self._backend.learn = self._backend.pool.add
-        proven = min(search.cost, self._beyond) <= search.bound * (1.0 + PROVEN)
-        self.exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
-        with limits.lifted():
-            arcs, legs = search.path()
-            moves = moves_along(self._judge, graph, graph.cells.tables.head, arcs, legs)
-        statistics = self._log.statistics(
-            search.expanded, search.generated, placement_sets=graph.lanes_met
-        )
-        result = result_of(status, search.cost, search.bound, moves, statistics)
-        if not search.given_up:
+        if not self._search.given_up:
             return result
         lanes = LanePart(*self._instead)
         found = lanes.run()
         self.exhausted = lanes.exhausted
         return cheaper(result, found)
+
+
+def searched(
+    judge: Judge, graph: LaneGraph | CellGraph, search: LaneSearch | CellSearch, head: IntArray,
+    beyond: float, log: Log,
+) -> tuple[SearchResult, bool]:  # fmt: skip
+    """Search; return the result, and whether the search can prove no more of its part.
+
+    Args:
+        judge: of the problem.
+        graph: what is searched.
+        search: not begun.
+        head: where its arcs lead.
+        beyond: what plans that leave the part cost at least.
+        log: of the whole search.
+    """
+    status = search.run()
+    proven = min(search.cost, beyond) <= search.bound * (1.0 + PROVEN)
+    exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
+    with limits.lifted():
+        arcs, legs = search.path()
+        moves = moves_along(judge, graph, head, arcs, legs)
+    statistics = log.statistics(search.expanded, search.generated, placement_sets=graph.lanes_met)
+    return result_of(status, search.cost, search.bound, moves, statistics), exhausted
 
 
 def moves_along(

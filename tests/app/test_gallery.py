@@ -13,7 +13,7 @@ from gm_ompl.app.planning import summary
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "gallery.md"
 
 
-@pytest.mark.parametrize("name", ["hand/three-fingers", "paper/push", "paper/slide"])
+@pytest.mark.parametrize("name", ["fingers/three", "paper/push", "paper/slide"])
 def test_the_gallery_shows_what_plan_prints(name: str) -> None:
     """Cost, regrasps, placements and modes are those of ``gm-ompl plan``, ties included.
 

@@ -16,7 +16,7 @@ from gm_ompl.exploring.knobs import Slider, knobs
 from gm_ompl.scenario.scenario import Scenario
 
 NAMES = (
-    "paper/slide", "paper/regrasp", "planar/corner", "planar/turn", "hand/three-fingers",
+    "paper/slide", "paper/regrasp", "planar/corner", "planar/turn", "fingers/three",
     "free/around", "free/stairs", "tasks/flip-cube", "random/free-clutter/5", "random/chain/2",
 )  # fmt: skip
 

@@ -9,7 +9,7 @@ import gm_ompl
 
 @pytest.mark.parametrize(
     "name", ["planar/corner", "planar/turn", "shapes/hexagon", "shapes/l-bracket",
-             "hand/three-fingers"]
+             "fingers/three"]
 )  # fmt: skip
 def test_plans_as_expected_and_the_check_agrees(name: str) -> None:
     """astar proves the optimum with the regrasps that the scenario expects; every step holds."""

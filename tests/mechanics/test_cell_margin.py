@@ -18,7 +18,7 @@ from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 
-NAMES = ("paper/slide", "paper/tumble", "paper/cork", "shapes/hexagon", "hand/three-fingers")
+NAMES = ("paper/slide", "paper/tumble", "paper/cork", "shapes/hexagon", "fingers/three")
 
 
 def sides(problem: Problem) -> Array:

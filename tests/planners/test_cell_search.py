@@ -61,7 +61,7 @@ def both(problem: Problem, over_cells: Choose) -> tuple[SearchResult, SearchResu
     ("name", "grid"),
     [
         ("paper/slide", 5), ("paper/push", 5), ("paper/tumble", 7), ("paper/cork", 5),
-        ("paper/regrasp", 3), ("hand/three-fingers", 3), ("shapes/hexagon", 4),
+        ("paper/regrasp", 3), ("fingers/three", 3), ("shapes/hexagon", 4),
         ("shapes/l-bracket", 4), ("free/stairs", 3),
     ],
 )  # fmt: skip

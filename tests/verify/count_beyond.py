@@ -9,7 +9,7 @@ from tests.verify.counting import Result, count
 
 SCENARIOS = (
     "planar/corner", "planar/corridor", "planar/turn",
-    "shapes/hexagon", "shapes/l-bracket", "hand/three-fingers",
+    "shapes/hexagon", "shapes/l-bracket", "fingers/three",
 )  # fmt: skip
 
 PLANNER = "HybridRRTConnect"

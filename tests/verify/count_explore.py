@@ -21,7 +21,7 @@ from tests.verify.counting import Result, count
 
 FEW = ("lattice.segments=6", "fingers.placements.grid=[3, 3]")
 SCENARIOS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("paper/slide", FEW), ("paper/regrasp", FEW), ("hand/three-fingers", FEW),
+    ("paper/slide", FEW), ("paper/regrasp", FEW), ("fingers/three", FEW),
     ("shapes/hexagon", FEW), ("paper/push", ()), ("paper/tumble", ()), ("planar/turn", ()),
     ("free/around", ()),
 )  # fmt: skip
