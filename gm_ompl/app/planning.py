@@ -155,12 +155,16 @@ PARAMETERS = Kind(
 def summary(plan: Plan) -> Iterator[str]:
     """Yield the plan as a few lines for people."""
     name = plan.scenario.get("name", "scenario")
+    # Restarts may miss a configuration of the hand: claims are of those that were found.
+    over = ", over what inverse kinematics reached" if plan.scenario.get("hand") else ""
     if plan.cost is None:
-        yield f"{name}: {Status(plan.status).sentence}"
+        claims = over if plan.status == Status.INFEASIBLE.value else ""
+        yield f"{name}: {Status(plan.status).sentence}{claims}"
         if ended_by := (plan.statistics.model_extra or {}).get("ended_by"):
             yield f"  ended by     {ended_by}"
     else:
-        quality = "proven optimal on the lattice" if plan.optimal else "not proven optimal"
+        proven = f"proven optimal on the lattice{over}"
+        quality = proven if plan.optimal else "not proven optimal"
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"

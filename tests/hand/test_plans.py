@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import gm_ompl
+from gm_ompl.app.planning import summary
 from gm_ompl.feasibility.judge import hand_reach
 from gm_ompl.planfile.model import Plan
 from gm_ompl.scenario.scenario import Scenario
@@ -28,6 +29,15 @@ def test_the_file_keeps_joint_paths(pushed: Plan, tmp_path: Any) -> None:
     """A plan that is saved and loaded has the same joint paths."""
     pushed.save(tmp_path / "plan.json")
     assert Plan.load(tmp_path / "plan.json").hand == pushed.hand
+
+
+def test_claims_are_of_what_was_reached(pushed: Plan) -> None:
+    """Optimal and infeasible are said over what inverse kinematics reached."""
+    proven = pushed.model_copy(update={"optimal": True})
+    none = pushed.model_copy(update={"status": "infeasible", "cost": None, "steps": ()})
+    for plan in (proven, none):
+        assert "over what inverse kinematics reached" in next(summary(plan))
+    assert "kinematics" not in next(summary(pushed.model_copy(update={"optimal": False})))
 
 
 def turned(hand: dict[str, Any]) -> None:
