@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from gm_ompl.errors import (
         GeometryError,
         GmOmplError,
+        HandError,
         InputError,
         LimitError,
         MisfitError,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "GeometryError": "gm_ompl.errors",
     "GmOmplError": "gm_ompl.errors",
+    "HandError": "gm_ompl.errors",
     "InputError": "gm_ompl.errors",
     "LimitError": "gm_ompl.errors",
     "MisfitError": "gm_ompl.errors",
@@ -68,6 +70,7 @@ _HOMES = {
 __all__ = [
     "GeometryError",
     "GmOmplError",
+    "HandError",
     "InputError",
     "LimitError",
     "MisfitError",

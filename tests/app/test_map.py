@@ -104,6 +104,6 @@ def test_bad_requests(options: list[str], word: str) -> None:
 
 def test_limits_hold() -> None:
     """A map that is too much for the time ends with 4."""
-    grid = ("--set", "fingers.placements.grid=[21, 21]")
+    grid = ("--set", "fingers.placements.grid=[51, 51]")
     code, _, err = run("map", "paper/slide", *grid, "--time-limit", "0.2")
     assert code == 4 and "time" in err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,8 @@ Visitor = Callable[..., Visit]
 
 def slid(seen: Visit, label: str, part: int) -> Any:
     """Move a slider to ``part`` of 1000; return the answer that comes."""
-    seen.tab.locator(".knob", has_text=label).locator("input[type=range]").fill(str(part))
+    knob = seen.tab.locator(".knob", has_text=re.compile(f"^{re.escape(label)}"))
+    knob.locator("input[type=range]").fill(str(part))
     assert seen.tab.evaluate("document.body.dataset.state") == "planning"
     return settled(seen)
 
