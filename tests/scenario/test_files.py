@@ -60,7 +60,7 @@ def test_missing_names_suggest() -> None:
         ("random/tumble/-1", "for example random/tumble/17"),
         ("random/tumble", "for example random/tumble/17"),
         ("random/tumble/" + "9" * 30, "for example random/tumble/17"),
-        ("qqqqqqqq", "shipped: free/around, free/l-bracket"),
+        ("qqqqqqqq", "shipped: fingers/three, free/around"),
         ("no\0name", "no such scenario or file"),
     ):
         with pytest.raises(ScenarioError) as caught:
