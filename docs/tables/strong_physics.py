@@ -18,6 +18,7 @@ from gm_ompl.simulation.disturb import instants
 from gm_ompl.simulation.engine import STEP
 from gm_ompl.simulation.execute import Setup, execute, prepare
 from gm_ompl.simulation.pulses import PULSE, Disturber
+from gm_ompl.simulation.timeline import Pace
 from gm_ompl.study.report import number
 from gm_ompl.tolerance.strong import StrongReport
 
@@ -26,6 +27,7 @@ SCENARIOS = (
     "planar/corridor", "shapes/hexagon", "shapes/l-bracket", "tasks/placedown",
 )  # fmt: skip
 PULSES = 200  # per scenario
+PACE = Pace(speed=0.3)  # three times the usual, so that more is played
 LEAST, MOST = 0.3, 3.0
 LENGTH = round(PULSE / STEP)
 BELOW, BETWEEN, ABOVE = "below z_strong", "between", "above z"
@@ -58,10 +60,10 @@ def rows() -> Iterator[tuple[object, ...]]:
     total = Counter[tuple[str, bool]]()
     for name in SCENARIOS:
         plan = gm_ompl.plan(name)
-        setup, report = prepare(plan), gm_ompl.strong(plan)
+        setup, report = prepare(plan, PACE), gm_ompl.strong(plan)
         weight = setup.problem.mass * setup.problem.mechanics.gravity
         least = min(site.z for site in report.sites), report.least.z_strong
-        alone = execute(prepare(plan, lean=False)).holds
+        alone = execute(prepare(plan, PACE, lean=False)).holds
         told = name, *(number(z / weight) for z in least), "yes" if alone else "no"
         if not execute(setup).holds:
             yield *told, "does not play back", "", ""

@@ -9,7 +9,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.holds.rows import Tables
-from gm_ompl.mechanics.cell_cuts import Boxes
+from gm_ompl.mechanics.cell_cuts import CellBoxes
 
 FIRST: Final = 256
 """Cells that there is room for at first; then it doubles."""
@@ -39,7 +39,7 @@ class Cells:
     def __init__(self, table: PlacementTable, lanes: Tables, centres: Array) -> None:
         self._placements, self._lanes, self._centres = table, lanes, centres
         n, rows, P = len(centres), lanes.free.shape[2], lanes.states.shape[1]
-        self.boxes = Boxes(np.empty((FIRST, 4)), np.zeros(FIRST, dtype=np.int64))
+        self.boxes = CellBoxes(np.empty((FIRST, 4)), np.zeros(FIRST, dtype=np.int64))
         self.tables = lanes._replace(
             free=np.empty((n, FIRST, rows), dtype=np.bool_),
             lengths=np.empty((n, FIRST, rows, P)),
@@ -148,7 +148,7 @@ class Cells:
             return np.concatenate([array, np.empty_like(array)], axis=axis)
 
         tables = self.tables
-        self.boxes = Boxes(doubled(self.boxes.sides, 0), np.tile(self.boxes.faces, 2))
+        self.boxes = CellBoxes(doubled(self.boxes.sides, 0), np.tile(self.boxes.faces, 2))
         self.tables = tables._replace(
             free=np.tile(tables.free, (1, 2, 1)),
             lengths=doubled(tables.lengths, 1),

@@ -24,7 +24,7 @@ BLOCKS: Final = 6
 """Blocks of cuts kept per contact state; then the oldest cut goes."""
 
 
-class Boxes(NamedTuple):
+class CellBoxes(NamedTuple):
     """Cells as compiled code reads them, in coordinates of their faces.
 
     Attributes:
@@ -37,7 +37,7 @@ class Boxes(NamedTuple):
 
 
 @compiled
-def write_terms(edges: Array, boxes: Boxes, first: int, last: int, terms: Array) -> None:
+def write_terms(edges: Array, boxes: CellBoxes, first: int, last: int, terms: Array) -> None:
     """Write T / h_P(y) of some cuts for cells ``first`` to ``last``.
 
     Args:
@@ -98,7 +98,7 @@ class CellCuts:
             np.zeros((16, len(distinct), 0, BLOCK)),
             kinds,
         )
-        self._boxes, self.cells = Boxes(np.empty((0, 4)), np.empty(0, dtype=np.int64)), 0
+        self._boxes, self.cells = CellBoxes(np.empty((0, 4)), np.empty(0, dtype=np.int64)), 0
         self._added: dict[int, int] = {}
         self._blocks = self.version = 0
 
@@ -111,7 +111,7 @@ class CellCuts:
         """Return the cuts for some of the fingers alone: the others exert no force."""
         return self._tables._replace(kinds=self._tables.kinds[fingers])
 
-    def widen(self, boxes: Boxes, cells: int) -> None:
+    def widen(self, boxes: CellBoxes, cells: int) -> None:
         """Take more cells in: the first ``cells`` of ``boxes``, those known before among them."""
         terms = self._tables.terms
         if len(boxes.sides) > terms.shape[2]:

@@ -12,12 +12,12 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.cell_cuts import Boxes
+from gm_ompl.mechanics.cell_cuts import CellBoxes
 from gm_ompl.mechanics.stability import BELOW, REACHED, new_tableau, position_margin
 
 
 @compiled
-def corner_columns(columns: Array, hand: IntArray, cells: IntArray, boxes: Boxes) -> Array:
+def corner_columns(columns: Array, hand: IntArray, cells: IntArray, boxes: CellBoxes) -> Array:
     """Return the columns (k, 4 s, 6) of fingers at all corners of their cells.
 
     Args:

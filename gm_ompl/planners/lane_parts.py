@@ -28,7 +28,7 @@ FEW_SETS: Final = 250_000
 """Sets of placements up to which lanes are treated one by one."""
 
 
-class Part(Protocol):
+class PartSearch(Protocol):
     """One search of the whole object graph, or of a part.
 
     Attributes:
@@ -48,7 +48,7 @@ def part_search(
     report: Report,
     closure: Closure | None = None,
     most: float | None = None,
-) -> Part:
+) -> PartSearch:
     """Return the search of a part of the object graph that suits the number of sets.
 
     Args:

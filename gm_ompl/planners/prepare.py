@@ -42,7 +42,7 @@ from gm_ompl.mechanics import (
 )
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
-from gm_ompl.mechanics.cell_cuts import Boxes, CellCuts
+from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
 from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
@@ -205,7 +205,7 @@ def cells() -> None:
     """Compile what cells of placements need; their bound on z takes the decision's simplex."""
     side, none = np.zeros((1, 1, 3, 3, 6)), np.zeros(1, dtype=np.int64)
     side[0, 0, :, 0] = TIPS
-    cuts, boxes = CellCuts(side, F_MAX, DIRECTIONS), Boxes(np.zeros((1, 4)), none)
+    cuts, boxes = CellCuts(side, F_MAX, DIRECTIONS), CellBoxes(np.zeros((1, 4)), none)
     cuts.widen(boxes, 1)
     cuts.add(0, LOAD, LOAD)
     tips, w, y = corner_columns(side, none, none, boxes), LOAD.copy(), LOAD.copy()

@@ -10,7 +10,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.mechanics import columns
-from gm_ompl.mechanics.cell_cuts import Boxes, CellCuts
+from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
 from gm_ompl.mechanics.certificate import separates_environment
 from gm_ompl.mechanics.cuts import state_bound
@@ -39,23 +39,23 @@ def sides(problem: Problem) -> Array:
     return np.stack(found, axis=1)
 
 
-def drawn(rng: np.random.Generator, faces: int, size: float, n: int) -> Boxes:
+def drawn(rng: np.random.Generator, faces: int, size: float, n: int) -> CellBoxes:
     """Return n random cells of sides up to ``size``."""
     boxes = rng.uniform(-size, size, (n, 4))
     boxes[:, 2:] = np.abs(boxes[:, 2:]) * rng.choice([0.0, 0.1, 1.0], (n, 1))
-    return Boxes(boxes, rng.integers(0, faces, n))
+    return CellBoxes(boxes, rng.integers(0, faces, n))
 
 
-def inside(rng: np.random.Generator, boxes: Boxes) -> Boxes:
+def inside(rng: np.random.Generator, boxes: CellBoxes) -> CellBoxes:
     """Return a random point of each cell, often a corner, as cells of no size."""
     share = rng.choice([-1.0, 1.0, 0.0], (len(boxes.faces), 2)) * rng.uniform(0, 1, 2) ** 0.2
     points = np.zeros_like(boxes.sides)
     points[:, :2] = boxes.sides[:, :2] + share * boxes.sides[:, 2:]
-    return Boxes(points, boxes.faces)
+    return CellBoxes(points, boxes.faces)
 
 
 def bounded(
-    backend: KernelBackend, side: Array, state: int, boxes: Boxes
+    backend: KernelBackend, side: Array, state: int, boxes: CellBoxes
 ) -> tuple[float, Array, Array, Array]:
     """Return the bound of a product of cells, its wrench, and columns and load."""
     env, q, _, f_max = backend.columns(state)
