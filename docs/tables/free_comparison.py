@@ -2,7 +2,7 @@
 
 Runs are made as for ``comparison``.
 
-Half an hour on two cores; goes on where it was stopped.
+Ten minutes on two cores; goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ DESIGN = Comparison(
     families=("random/free", "random/free-clutter"),
     planners=("astar", "HybridRRT", "HybridRRTConnect", "HybridRRTstar",
               "RRT", "RRTConnect", "RRTstar", "BITstar"),
-    seeds=6,
+    seeds=4,
     time_limit=10.0,
 )  # fmt: skip
 
