@@ -44,31 +44,41 @@ class Hands:
         self._draw = SetDraw(problem, judge, settings.placement_bias, settings.uniform_share)
         self._carrying = Carrying(judge, model.screws, self._draw, rng)
 
-    def along(self, strides: Sequence[Stride], far: int, sets: IntArray) -> tuple[IntArray, int]:
-        """Return the sets that hold the longest from a place on, and to which place."""
+    def along(
+        self, strides: Sequence[Stride], far: int, sets: IntArray, most: int = KEPT
+    ) -> tuple[IntArray, int]:
+        """Return the sets that hold the longest from a place on, and to which place.
+
+        Args:
+            strides: they follow each other.
+            far: the place.
+            sets: (m, n), at hand there.
+            most: how many go on from a stride.
+        """
         while far < len(strides):
-            onwards = self._carrying.holding(strides[far], sets, KEPT)
+            onwards = self._carrying.holding(strides[far], sets, most)
             if not len(onwards):
                 break
             sets, far = onwards, far + 1
         return sets, far
 
-    def fresh(self, stride: Stride, wanted: Requirement) -> IntArray:
-        """Return sets that hold on a stride, drawn at random, and learn from it.
+    def fresh(self, strides: Sequence[Stride], wanted: Requirement) -> IntArray:
+        """Return those of sets drawn at random that hold the longest, and learn from them.
 
         Args:
-            stride: the stride.
+            strides: at least one; they follow each other.
             wanted: per finger, its placement, or None for any.
         """
-        states, none = self._carrying.states.of(stride), np.zeros((0, len(wanted)), dtype=np.int64)
+        states, none = self._carrying.states.of(strides[0]), np.zeros((0, len(wanted)), np.int64)
         if states is None:
             return none
         drawn = self._draw.draw(DRAWN, restricted(states.free, wanted), self._rng)
-        found = self._carrying.holding(stride, drawn, KEPT)
-        if len(drawn):
-            held = (drawn[:, None] == found).all(axis=2).any(axis=1)
-            self._draw.learn(drawn, held.astype(np.float64))
-        return found
+        found, far = self.along(strides, 0, drawn, DRAWN)
+        if not len(drawn) or not far:
+            return none
+        held = (drawn[:, None] == found).all(axis=2).any(axis=1)
+        self._draw.learn(drawn, held.astype(np.float64))
+        return found[:KEPT]
 
     def one_elsewhere(
         self, sets: IntArray, first: Placements, strides: Sequence[Stride]

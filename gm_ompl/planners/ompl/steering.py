@@ -160,11 +160,11 @@ class Steering:
                     yield self._at(strides, far, tuple(row))
 
     def _begun(self, origin: HybridState, strides: Sequence[Stride]) -> IntArray:
-        """Return sets that hold on the first stride and have the fingers that touch."""
+        """Return sets that hold the longest from the start and have the fingers that touch."""
         given = self._model.problem.fingers.start
         placed = (None if row == UNPLACED else row for row in origin.placements)
         wanted = tuple(b if a is None else a for a, b in zip(placed, given, strict=True))
-        return self._hands.fresh(strides[0], wanted)
+        return self._hands.fresh(strides, wanted)
 
     def _at(self, strides: Sequence[Stride], far: int, placements: Placements) -> HybridState:
         head = strides[far - 1].arc.head if far else strides[0].tail
@@ -192,8 +192,7 @@ class Steering:
         if not onwards:
             return None
         strides = onwards[::-1]
-        sets, _ = self._hands.along(strides, 0, self._hands.fresh(strides[0], wanted))
-        for row in self._rng.permutation(sets).tolist():
+        for row in self._rng.permutation(self._hands.fresh(strides, wanted)).tolist():
             found = HybridState(self._model.coordinates(strides[0].arc.head), tuple(row))
             if self._model.in_goal(found):
                 return found
