@@ -16,16 +16,22 @@ from gm_ompl.scenario.load import load
 from tests.verify.counting import Result, count
 
 SCENARIOS = (
-    "tasks/reorient", "tasks/reorient-one-finger", "tasks/flip-cube", "tasks/placedown",
-    "free/around", "free/l-bracket", "free/out-of-the-corner", "free/stairs",
+    "tasks/bookshelf", "tasks/corner-pivot", "tasks/flip-cube", "tasks/ledge",
+    "tasks/peg-thin-fingers", "tasks/pick-card", "tasks/pick-card-soft", "tasks/placedown",
+    "tasks/reorient", "tasks/reorient-one-finger", "tasks/step-over",
+    "free/around", "free/l-bracket", "free/out-of-the-corner", "free/over-there", "free/stairs",
 )  # fmt: skip
 
 OPTIMA = {
-    "tasks/reorient": 2.86367719, "tasks/flip-cube": 5.39947, "tasks/placedown": 3.49497,
-    "tasks/reorient-one-finger": 8.70161, "free/around": 16.0281, "free/l-bracket": 0.0634115,
-    "free/out-of-the-corner": 30.0693, "free/stairs": 15.8984,
+    "tasks/reorient": (2.86367719, 0), "tasks/flip-cube": (5.39947, 0),
+    "tasks/placedown": (3.49497, 0), "tasks/reorient-one-finger": (8.70161, 1),
+    "free/around": (16.0281, 0), "free/l-bracket": (0.0634115, 0),
+    "free/out-of-the-corner": (30.0693, 1), "free/stairs": (15.8984, 1),
 }  # fmt: skip
-"""Least costs on the contact lattice, proven by astar; plans off it may be cheaper."""
+"""Least cost on the contact lattice and its regrasps, proven by astar; off it may be cheaper."""
+
+DEAR = 1.02
+"""Times the least cost on the lattice: a plan is called dear beyond."""
 
 SECONDS = 20.0
 """Of CPU time, to the first plan, or for better ones; steady control is not counted."""
@@ -63,17 +69,20 @@ def _first(scenario: str, planner: str) -> None:
 
 
 def _best(scenario: str) -> None:
+    least, most = OPTIMA[scenario]
+
     def run(instance: int) -> Result:
         cost, regrasps, _ = solve(scenario, "HybridRRTstar", instance)
         if cost is None:
-            return Result(False, None, "no plan")
-        ratio = cost / OPTIMA[scenario]
-        return Result(ratio <= 1.02, ratio, f"cost {cost}, {regrasps} regrasps")
+            return Result(False, None, "no plan", outcome="none")
+        ratio = cost / least
+        outcome = f"at most {DEAR} times the optimum" if ratio <= DEAR else "dearer"
+        return Result(regrasps <= most, ratio, f"cost {cost}, {regrasps} regrasps", outcome=outcome)
 
     run.__name__ = f"free_best_{scenario.split('/')[1].replace('-', '_')}"
     run.__doc__ = (
-        f"HybridRRTstar plans {scenario} in 20 s of CPU time at no more than 1.02 times the least "
-        "cost on the lattice (worst: that ratio)."
+        f"HybridRRTstar plans {scenario} in 20 s of CPU time with no more regrasps than the least "
+        "cost on the lattice needs (worst: cost over that)."
     )
     count(instances=20)(run)
 
@@ -81,7 +90,8 @@ def _best(scenario: str) -> None:
 for _scenario in SCENARIOS:
     for _planner in ("HybridRRT", "HybridRRTConnect"):
         _first(_scenario, _planner)
-    _best(_scenario)
+    if _scenario in OPTIMA:
+        _best(_scenario)
 
 
 @count(instances=200)
@@ -94,3 +104,21 @@ def free_plans_hold(instance: int) -> Result:
     solved = "solved" if plan.cost is not None else "none"
     holds = gm_ompl.check(plan).holds
     return Result(holds, note=f"{name} {planner}", outcome=f"{planner} {solved}")
+
+
+PLANNERS = (
+    "HybridRRT", "HybridRRTConnect", "HybridRRTstar", "RRT", "RRTConnect", "RRTstar",
+    "InformedRRTstar", "SORRTstar", "BITstar", "FMT", "KPIECE1",
+)  # fmt: skip
+
+
+@count(instances=500)
+def task_plans_hold(instance: int) -> Result:
+    """No plan of any randomised planner on a task or another shipped free scenario fails."""
+    _warm()
+    scenario = SCENARIOS[instance % len(SCENARIOS)]
+    planner = PLANNERS[instance // len(SCENARIOS) % len(PLANNERS)]
+    plan = gm_ompl.plan(scenario, planner, time_limit=5.0, seed=instance)
+    solved = "solved" if plan.cost is not None else "none"
+    holds = gm_ompl.check(plan).holds
+    return Result(holds, note=f"{scenario} {planner}", outcome=f"{planner} {solved}")
