@@ -9,18 +9,23 @@ import pytest
 
 from gm_ompl.errors import ScenarioError
 from gm_ompl.scenario.load import MAX_BYTES, load, random_names, read, shipped
+from gm_ompl.scenario.model import ExpectModel
 
 
 def test_the_papers_scenarios_ship() -> None:
-    """The paper's five are there; each scenario has source, description and what to expect."""
+    """The paper's five are there; each scenario has source, description and what to expect.
+
+    Of free motion exact search may not end; then nothing is expected.
+    """
     assert {f"paper/{n}" for n in ("slide", "push", "tumble", "regrasp", "cork")} <= set(shipped())
     for name in shipped():
         scenario = load(name)
         assert scenario.name == name
         assert scenario.model.source
         assert scenario.model.description
-        assert scenario.model.expect.status is not None
-        assert scenario.model.expect.regrasps is not None
+        unknown = scenario.model.expect == ExpectModel() and not scenario.problem.motion.dimension
+        assert unknown or scenario.model.expect.status is not None
+        assert unknown or scenario.model.expect.regrasps is not None
 
 
 @pytest.mark.parametrize(
