@@ -18,7 +18,7 @@ SECONDS = 5.0
 """Of CPU time, short cuts included; what machine code takes to load is not counted."""
 
 FREE = {"tasks/ledge": 1.80487, "tasks/flip-cube": 5.39947, "free/over-there": 37.1219}
-"""Least costs known: of the second proven on the lattice, of the others what HybridRRTstar finds."""
+"""Least costs known: of the second proven on the lattice, else what HybridRRTstar finds."""
 
 FREE_SECONDS = 20.0
 """Of CPU time on free motion."""
