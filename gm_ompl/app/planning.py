@@ -162,6 +162,8 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"{name}: {Status(plan.status).sentence}{claims}"
         if ended_by := (plan.statistics.model_extra or {}).get("ended_by"):
             yield f"  ended by     {ended_by}"
+        if plan.status == Status.BUDGET.value and plan.planner in ("astar", "dijkstra"):
+            yield "  may find one --planner HybridRRTConnect, without a proof of the least cost"
     else:
         proven = f"proven optimal on the lattice{over}"
         quality = proven if plan.optimal else "not proven optimal"
