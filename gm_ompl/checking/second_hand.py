@@ -42,6 +42,7 @@ class SecondHand:
         self._data = model.createData()
         self._places = pinocchio.GeometryData(self._shapes)
         self._columns = [model.joints[model.getJointId(name)].idx_q for name in spec.joints]
+        self._speeds = [model.joints[model.getJointId(name)].idx_v for name in spec.joints]
         self._tips = [model.getFrameId(tip.link, pinocchio.FrameType.BODY) for tip in spec.tips]
         self._base = pinocchio.SE3(spec.base.rotation, spec.base.position)
         self._object = [self._convex(piece.vertices) for piece in body.pieces]
@@ -97,7 +98,7 @@ class SecondHand:
 
     def place(self, q: Array) -> None:
         """Put the hinges (k,) where they are asked for."""
-        whole = self._pin.neutral(self._model)
+        whole = self._whole = self._pin.neutral(self._model)
         whole[self._columns] = q
         self._pin.framesForwardKinematics(self._model, self._data, whole)
         self._pin.updateGeometryPlacements(self._model, self._data, self._shapes, self._places)
@@ -108,6 +109,31 @@ class SecondHand:
             (self._base * self._data.oMf[frame]).act(tip.offset)
             for frame, tip in zip(self._tips, self.spec.tips, strict=True)
         ])  # fmt: skip
+
+    def weight(self, gravity: float) -> Array:
+        """Return (k,), the torques that hold the links up against ``gravity`` [m/s^2]."""
+        self._model.gravity.linear = self._base.rotation.T @ np.array([0.0, 0.0, -gravity])
+        whole = self._pin.computeGeneralizedGravity(self._model, self._data, self._whole)
+        return np.array(whole[self._speeds])
+
+    def levers(self, points: Array) -> Array:
+        """Return (n, 6, k), torques per unit of force and moment of fingertips at their points.
+
+        Points (n, 3), forces and moments are in the world frame.
+        """
+        pin, turn = self._pin, self._base.rotation
+        pin.computeJointJacobians(self._model, self._data, self._whole)
+        pin.updateFramePlacements(self._model, self._data)
+        found = []
+        for frame, point in zip(self._tips, points, strict=True):
+            rows = pin.getFrameJacobian(
+                self._model, self._data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            )[:, self._speeds]
+            linear, angular = turn @ rows[:3], turn @ rows[3:]
+            origin = self._base.act(self._data.oMf[frame].translation)
+            moved = np.cross(angular, point - origin, axisa=0, axisc=0)
+            found.append(np.vstack([linear + moved, angular]))
+        return np.array(found)
 
     def deepest(self, pose: Pose, touch: Array) -> tuple[float, str]:
         """Return how deep bodies are in each other, as placed, beyond what is allowed, and which.

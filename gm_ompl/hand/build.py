@@ -12,7 +12,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.errors import HandError, did_you_mean
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.hand.files import read_hand
-from gm_ompl.hand.model import Hinges, hinges, known_link, parsed
+from gm_ompl.hand.parsing import Hinges, hinges, known_link, parsed
 from gm_ompl.hand.shipped import shipped_hand
 from gm_ompl.hand.spec import HandSpec, Tip
 

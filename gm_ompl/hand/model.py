@@ -1,4 +1,4 @@
-"""The door to MuJoCo for hands: where links are, how fingertips move, what touches what.
+"""A hand in MuJoCo: where links are, how fingertips move, what touches what.
 
 Links are as the file has them, meshes by their convex hulls, as MuJoCo collides them. The object
 floats among them and is put where it is asked for; so are obstacles, the floor is z < 0.
@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.errors import HandError, MissingExtraError, did_you_mean
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
+from gm_ompl.hand.parsing import mujoco, parsed
 from gm_ompl.hand.scene import HAND, capsule, scene
 from gm_ompl.hand.spec import HandSpec
 
@@ -28,22 +27,6 @@ WORLD: Final = -2
 
 OBJECT: Final = -3
 """Owner of the object."""
-
-
-class Hinges(NamedTuple):
-    """What a file says of its joints.
-
-    Attributes:
-        names: (k,).
-        low: (k,), least angles [rad]; -inf where the file limits none.
-        high: (k,), greatest; likewise inf.
-        links: names of all links.
-    """
-
-    names: tuple[str, ...]
-    low: Array
-    high: Array
-    links: tuple[str, ...]
 
 
 class Hit(NamedTuple):
@@ -62,69 +45,6 @@ class Hit(NamedTuple):
     depth: float
 
 
-def mujoco() -> Any:
-    """Import MuJoCo.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
-    try:
-        import mujoco
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("MuJoCo", "hand") from error
-    mujoco.set_mju_user_warning(_unheard)  # its own way is a file in the user's folder
-    return mujoco
-
-
-def _unheard(_: str) -> None:
-    """Take a warning of MuJoCo's."""
-
-
-def parsed(path: Path, text: str | None) -> Any:
-    """Return MuJoCo's specification of a hand's file.
-
-    Raises:
-        HandError: MuJoCo cannot read it.
-    """
-    library = mujoco()
-    try:
-        spec = library.MjSpec.from_string(text) if text else library.MjSpec.from_file(str(path))
-        spec.compile()
-    except ValueError as error:
-        reason = " ".join(str(error).split())
-        raise HandError(("file",), f"{path}: MuJoCo cannot use it: {reason}") from None
-    return spec
-
-
-def hinges(spec: Any) -> Hinges:
-    """Return the joints of a parsed file.
-
-    Raises:
-        HandError: one of them is no hinge, or there is none.
-    """
-    library = mujoco()
-    model = spec.compile()
-    names = tuple(model.joint(i).name for i in range(model.njnt))
-    for name, kind in zip(names, model.jnt_type, strict=True):
-        if kind != library.mjtJoint.mjJNT_HINGE:
-            text = f"joint {name!r} is no hinge; only hinges (revolute) can be planned"
-            raise HandError(("file",), text)
-    if not names:
-        raise HandError(("file",), "it has no joint that moves; a hand needs hinges")
-    limited = model.jnt_limited.astype(bool)
-    low = np.where(limited, model.jnt_range[:, 0], -np.inf)
-    high = np.where(limited, model.jnt_range[:, 1], np.inf)
-    links = tuple(model.body(i).name for i in range(1, model.nbody))
-    return Hinges(names, low, high, links)
-
-
-def known_link(tip: str, links: Iterable[str], key: tuple[str | int, ...]) -> None:
-    """Refuse a fingertip's link that the file does not have."""
-    links = list(links)
-    if tip not in links:
-        raise HandError(key, f"{tip!r}: no such link{did_you_mean(tip, links)}; links: {links}")
-
-
 class HandModel:
     """A hand among an object and obstacles.
 
@@ -138,6 +58,7 @@ class HandModel:
         spec: the hand.
         chains: per finger, which hinges (k,) move its fingertip.
         own: per finger, those of them that move no other's.
+        columns: (k,), where the hinges are among MuJoCo's degrees of freedom.
     """
 
     def __init__(
@@ -151,14 +72,14 @@ class HandModel:
         self.data = self._mujoco.MjData(self.model)
         model = self.model
         self._q = np.array([model.joint(HAND + name).qposadr[0] for name in spec.joints])
-        self._v = np.array([model.joint(HAND + name).dofadr[0] for name in spec.joints])
+        self.columns = np.array([model.joint(HAND + name).dofadr[0] for name in spec.joints])
         self._free = int(model.joint("object").qposadr[0])
         self._sites = [model.site(f"tip{i}").id for i in range(self.count)]
         self.chains = tuple(self._chain(site) for site in self._sites)
         every = np.sum(self.chains, axis=0)
         self.own: tuple[BoolArray, ...] = tuple(chain & (every == 1) for chain in self.chains)
         self._owner = self._owners()
-        self._tip_bodies = {int(model.site_bodyid[s]): i for i, s in enumerate(self._sites)}
+        self._tip_bodies = {self.tip_body(i): i for i in range(self.count)}
         self._jacobian, self._turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
     def _chain(self, site: int) -> BoolArray:
@@ -205,18 +126,22 @@ class HandModel:
         """Return the fingertips' centres (n, 3), world frame, as placed."""
         return np.array(self.data.site_xpos[self._sites])
 
+    def tip_body(self, finger: int) -> int:
+        """Return MuJoCo's number of a fingertip's link."""
+        return int(self.model.site_bodyid[self._sites[finger]])
+
     def jacobian(self, finger: int) -> Array:
         """Return (3, k), how a fingertip's centre moves with the hinges, as placed."""
         self._mujoco.mj_comPos(self.model, self.data)
         self._mujoco.mj_jacSite(
             self.model, self.data, self._jacobian, self._turn, self._sites[finger]
         )
-        return np.array(self._jacobian[:, self._v])
+        return np.array(self._jacobian[:, self.columns])
 
     def turning(self, finger: int) -> Array:
         """Return (3, k), how a fingertip's link turns with the hinges; after ``jacobian``."""
         self.jacobian(finger)
-        return np.array(self._turn[:, self._v])
+        return np.array(self._turn[:, self.columns])
 
     def hit(self, touch: Array, fingers: Iterable[int] | None = None) -> Hit | None:
         """Return two bodies that penetrate each other, as placed; None where all are clear.

@@ -18,6 +18,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.hand.paths import JointPaths, JointRefusal
+from gm_ompl.planners.joint_torques import MotorJudge
 from gm_ompl.planners.joint_transit import Transits
 from gm_ompl.problem import Displacement, Move, Placements, Regrasp
 
@@ -47,6 +48,7 @@ class JointPlanner:
         assert judge.hand is not None
         self._judge, self._reach = judge, judge.hand
         self._model, self._solver = judge.hand.model, judge.hand.kinematics
+        self._motors = MotorJudge(judge.problem, self._model)
         self._transits = Transits(judge.hand, judge.problem.fingers, rng)
         self._every = np.ones(len(self._model.spec.joints), dtype=bool)
         self._all = tuple(range(self._model.count))
@@ -151,6 +153,10 @@ class JointPlanner:
                 self._failed(JointRefusal(number, t, who, why))
                 return None
             rows.append(new)
+        short = self._motors.displacement(number, move, np.array(rows))
+        if short is not None:
+            self._failed(short)
+            return None
         return np.array(rows)
 
     def _instants(self, move: Displacement) -> list[float]:
@@ -186,16 +192,16 @@ class JointPlanner:
         i, own = move.finger, self._model.own[move.finger]
         target = move.pose.apply(self._reach.centres[i][move.target])
         ends = self._solver.solutions(i, target, q, own) if own.any() else iter(())
-        reached = False
+        why = "does not reach it beside the others"
         for end in itertools.islice(ends, BRANCHES):
             self._model.place(end, move.pose)
             if self._model.hit(self._reach.touch) is not None:
                 continue
-            reached = True
             rows = self._transits.regrasp(move, q, end)
-            if rows is not None:
+            short = None if rows is None else self._motors.regrasp(move, rows)
+            if rows is not None and short is None:
                 yield rows
-        why = "finds no way through the air" if reached else "does not reach it beside the others"
+            why = short or "finds no way through the air"
         self._failed(JointRefusal(number, 0.0, i, why))
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final, final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.hand.model import parsed
+from gm_ompl.hand.parsing import parsed
 from gm_ompl.hand.scene import HAND
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.simulation.physics import CONTACT, IMPEDANCE, Physics, load, mjcf

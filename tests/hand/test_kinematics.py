@@ -9,6 +9,7 @@ from gm_ompl.checking.second_hand import SecondHand
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.geometry.solids import Body, box
 from gm_ompl.hand.build import Wanted, hand_spec
+from gm_ompl.hand.efforts import Efforts
 from gm_ompl.hand.inverse import ACCURACY, InverseKinematics
 from gm_ompl.hand.model import HandModel
 from gm_ompl.hand.spec import HandSpec
@@ -70,6 +71,22 @@ def test_what_is_reached_is_found_again(name: str, fingers: int) -> None:
         model.place(q)
         assert model.tips()[0] == pytest.approx(target, abs=ACCURACY)
     assert missed <= 2
+
+
+@pytest.mark.parametrize(("name", "fingers"), HANDS)
+def test_two_libraries_ask_the_same_torques(name: str, fingers: int) -> None:
+    """Weight and levers of forces and moments agree to 1e-9, and are virtual work's."""
+    spec, rng = shipped(name, fingers), np.random.default_rng(3)
+    model, second = HandModel(spec, CUBE), SecondHand(spec, CUBE, [], True)
+    efforts = Efforts(model, 9.81)
+    for _ in range(20):
+        q = rng.uniform(spec.low, spec.high)
+        model.place(q)
+        second.place(q)
+        points = model.tips() + rng.uniform(-0.01, 0.01, (fingers, 3))
+        assert efforts.weight() == pytest.approx(second.weight(9.81), abs=1e-9)
+        assert efforts.levers(points) == pytest.approx(second.levers(points), abs=1e-9)
+        assert efforts.levers(model.tips())[0, :3] == pytest.approx(model.jacobian(0), abs=1e-12)
 
 
 def test_chains_of_an_arm_are_shared() -> None:
