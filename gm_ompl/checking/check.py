@@ -223,8 +223,7 @@ def check_against(plan: Plan, recheck: Recheck) -> CheckReport:
             check_regrasp(recheck, step, pose, found)
             junctions.regrasp(step, pose, found)
             if joints is not None:
-                hands = step.placements, placements_after(step)
-                joints.regrasp(number, pose, hands, step.finger, found)
+                joints.regrasp(number, step, pose, placements_after(step), found)
         if number == len(plan.steps) - 1:
             kinematics.goal(step, found)
             _check_end(recheck, step, pose, found)

@@ -1,4 +1,4 @@
-"""Judges a hand's joint paths: limits, continuity, fingertips where they must be, links clear."""
+"""Judges a hand's joint paths: limits, continuity, fingertips in place, links clear, motors."""
 
 from __future__ import annotations
 
@@ -9,11 +9,18 @@ from typing import TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array
+from gm_ompl.checking.motors import MotorCheck
 from gm_ompl.checking.report import Findings
 from gm_ompl.checking.second_hand import SecondHand
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc
-from gm_ompl.planfile.model import DisplacementStep, HandRecord, JointRow, PlacementRecord
+from gm_ompl.planfile.model import (
+    DisplacementStep,
+    HandRecord,
+    JointRow,
+    PlacementRecord,
+    RegraspStep,
+)
 from gm_ompl.problem import Problem
 
 Rows: TypeAlias = tuple[JointRow, ...]
@@ -59,6 +66,7 @@ class JointCheck:
         self._second = SecondHand(problem.hand, problem.body, obstacles, environment.floor)
         self._allowed, self._D = JointTolerances(), problem.body.diagonal
         self._touch = self._allowed.touch * problem.fingers.radius
+        self._motors = MotorCheck(problem, self._second)
 
     def whole(self, steps: int, found: Findings) -> bool:
         """Judge the paths' form, and their ends; return whether steps can be judged."""
@@ -102,21 +110,24 @@ class JointCheck:
             pose = arc.pose(k / parts)
             self._stands(q, pose, pose.apply(centres), off, found)
 
+        self._motors.displacement(step, arc, rows, found)
+
     def regrasp(
         self,
         number: int,
+        step: RegraspStep,
         pose: Pose | None,
-        hands: tuple[tuple[PlacementRecord, ...], tuple[PlacementRecord, ...]],
-        finger: int,
+        after: tuple[PlacementRecord, ...],
         found: Findings,
     ) -> None:
-        """Judge the rows of a regrasp, whose fingers are at ``hands`` before and after."""
-        rows = self._joined(number, found)
+        """Judge the rows of a regrasp, whose fingers are at ``after`` in the end."""
+        rows, finger = self._joined(number, found), step.finger
         if pose is None:
             return
-        before, after = (pose.apply(self._centres(hand)) for hand in hands)
+        self._motors.regrasp(step, pose, rows, found)
+        before, there = (pose.apply(self._centres(hand)) for hand in (step.placements, after))
         self._stands(rows[0], pose, before, self._allowed.row, found)
-        self._stands(rows[-1], pose, after, self._allowed.row, found)
+        self._stands(rows[-1], pose, there, self._allowed.row, found)
         self._through_air(rows, pose, before, (finger,), found)
 
     def approach(

@@ -143,22 +143,26 @@ class HandModel:
         self.jacobian(finger)
         return np.array(self._turn[:, self.columns])
 
-    def hit(self, touch: Array, fingers: Iterable[int] | None = None) -> Hit | None:
+    def hit(
+        self, touch: Array, fingers: Iterable[int] | None = None, clear: float = 0.0
+    ) -> Hit | None:
         """Return two bodies that penetrate each other, as placed; None where all are clear.
 
         Args:
             touch: (n,), how deep a fingertip's own link may be in the object [m].
             fingers: only what belongs to these and to no finger alone; all by default.
+            clear: how far links other than fingertips' must keep from the object [m].
         """
+        self.model.geom_margin[:] = clear
         self._mujoco.mj_collision(self.model, self.data)
         if not self.data.ncon:
             return None
         asked = None if fingers is None else {*fingers, SHARED, WORLD, OBJECT}
         contact = self.data.contact
         for (a, b), gap in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
-            if gap >= 0.0:
-                continue
             owners = int(self._owner[a]), int(self._owner[b])
+            if gap >= (clear if OBJECT in owners else 0.0):
+                continue
             if asked is not None and not asked.issuperset(owners):
                 continue
             bodies = [int(self.model.geom_bodyid[g]) for g in (a, b)]

@@ -21,6 +21,11 @@ PARTS: Final = 6
 """Rows between a surface and there."""
 
 
+CLEAR: Final = (0.2, 0.0)
+"""How far links other than fingertips' keep from the object in the air, in the least radius: as far
+as a robot may go astray, or else just clear."""
+
+
 @final
 class Transits:
     """Ways in the space of a hand's hinges.
@@ -79,19 +84,31 @@ class Transits:
                 return np.array(found)
         return None
 
-    def _clear(self, q: Array, pose: Pose, touch: Array) -> bool:
+    def _clear(self, q: Array, pose: Pose, touch: Array, clear: float = 0.0) -> bool:
         self._model.place(q, pose)
-        return self._model.hit(touch) is None
+        return self._model.hit(touch, clear=clear) is None
 
     def _way(
         self, pose: Pose, start: Array, end: Array, moving: BoolArray, touch: Array
     ) -> Array | None:
         """Return corners (m, k) from one configuration to another, some hinges alone moving."""
-        spec, q = self._model.spec, start.copy()
+        for clear in CLEAR:
+            far = clear * float(self._fingers.radius.min())
+            if all(self._clear(q, pose, touch, far) for q in (start, end)):
+                found = self._corners(pose, (start, end), moving, touch, far)
+                if found is not None:
+                    return found
+        return None
+
+    def _corners(
+        self, pose: Pose, ends: tuple[Array, Array], moving: BoolArray, touch: Array, far: float
+    ) -> Array | None:
+        """Return corners as ``_way`` does, links ``far`` from the object; None if none is found."""
+        spec, (start, end), q = self._model.spec, ends, ends[0].copy()
 
         def valid(part: Array) -> bool:
             q[moving] = part
-            return self._clear(q, pose, touch)
+            return self._clear(q, pose, touch, far)
 
         ends = start[moving], end[moving]
         found = np.array(ends)

@@ -40,7 +40,8 @@ class Motors:
             force = model.C_rob[3 * i : 3 * i + 3, columns]
             whole = np.vstack([force, model.M_rob[:, columns]])
             found[:, columns] = model.scale * self.levers[i].T @ whole
-        return found / self.most[:, None]
+        rows: Array = found / self.most[:, None]
+        return rows
 
     @property
     def idle(self) -> Array:
@@ -52,7 +53,8 @@ class Motors:
 def turned(levers: Array, rotation: Array) -> Array:
     """Return levers (n, 6, k), object frame, of ones in the world frame."""
     parts = levers.reshape(len(levers), 2, 3, -1)
-    return np.einsum("ji,npjk->npik", rotation, parts).reshape(levers.shape)
+    found: Array = np.einsum("ji,npjk->npik", rotation, parts).reshape(levers.shape)
+    return found
 
 
 def least_share(

@@ -60,9 +60,11 @@ def prepare(
 def with_a_hand(size: float) -> Allowed:
     """Return what counts as holding on a robot hand, for an object of diagonal ``size`` [m].
 
-    Motors give way by up to a millimetre, links are heavy, and a finger without a load slides.
+    The object stays within 3 mm and 2 degrees, throughout. Motors give way by up to a millimetre,
+    links are heavy, and a finger without a load slides.
     """
-    return Allowed(end_position=3e-3 / size, end_angle=2.0, static_slip=0.02, slip=0.02, force=0.3)
+    near = 3e-3 / size
+    return Allowed(near, 2.0, near, 2.0, static_slip=0.02, slip=0.02, force=0.3)
 
 
 def execute(
@@ -150,7 +152,7 @@ def _findings(report: ExecutionReport, setup: Setup, slack: float) -> list[str]:
         for what, value, limit, unit in limits
         if not value <= limit
     ]
-    found += _robot_findings(report)
+    found += [*_robot_findings(report), *_too_fast(setup)]
     if report.z < z_min * (1.0 - 1e-6):
         found.append(f"the plan states a z of {report.z:.6g}, below its z_min of {z_min:.6g}")
     return found
@@ -165,6 +167,18 @@ def _robot_findings(report: ExecutionReport) -> list[str]:
             asked = f"{report.torque[most]:.3g} of its motor's torque"
             found.append(f"joint {most} is asked for {asked}")
     return found
+
+
+def _too_fast(setup: Setup) -> list[str]:
+    """Return which hinge is to turn faster than it may."""
+    hand = setup.problem.hand
+    if hand is None:
+        return []
+    share = np.abs(setup.timeline.joint_speed).max(axis=0) / hand.speed
+    worst = int(share.argmax())
+    if share[worst] <= 1.0:
+        return []
+    return [f"joint {hand.joints[worst]} is to turn at {share[worst]:.3g} of its speed"]
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,9 @@ RISE: Final = 0.15
 FADE: Final = 0.1
 """Time constant in which a lifted fingertip forgets how far it rolled [s]."""
 
+RETURN: Final = 7.0 * FADE
+"""Time in which it does so, standing off its placement, before it goes elsewhere [s]."""
+
 NOTHING: Final = 1e-7  # a roll that is none [m]
 
 
@@ -86,6 +89,10 @@ class HandWays:
         at = share * (len(rows) - 1)
         k = min(int(at), len(rows) - 2)
         return np.asarray(rows[k] + (at - k) * (rows[k + 1] - rows[k]))
+
+    def first(self, step: int) -> Array:
+        """Return the hinges (k,) at the beginning of a step."""
+        return np.array(self._record.steps[step][0])
 
     def last(self, step: int) -> Array:
         """Return the hinges (k,) at the end of a step."""

@@ -94,14 +94,24 @@ class Phases:
             offs[i] = transit.off(i, self.points[i], self.normals[i])
         return offs
 
-    def _lowered(self, phase: str, offs: Array) -> Array:
-        """Bring fingers from ``offs`` (n, 3) nearer, from where they come down slowly."""
+    def _turned(self, share: Array, joints: Array) -> Array:
+        """Return (K, k), the hinges on their way to ``joints`` after ``share`` (K,) of it."""
+        now = self.now.joints
+        self.now.joints = joints
+        return np.asarray(now + np.multiply.outer(share, joints - now))
+
+    def _lowered(self, phase: str, offs: Array, joints: Array) -> Array:
+        """Bring fingers from ``offs`` (n, 3) nearer, from where they come down slowly.
+
+        The plan has the hinges at ``joints`` (k,) where they touch.
+        """
         far = np.linalg.norm(offs, axis=1, keepdims=True)
         near: Array = offs * np.minimum(
             1.0, self.pace.clearance * self.size / np.maximum(far, 1e-12)
         )
         falling = 1.0 - ramp(self._samples(self.pace.lift))
-        self._rest(phase, self.pace.lift, near + falling[:, None, None] * (offs - near))
+        off = near + falling[:, None, None] * (offs - near)
+        self._rest(phase, self.pace.lift, off, joints=self._turned(1.0 - falling, joints))
         return near
 
     def _land(self, phase: str, which: BoolArray, offs: Array) -> None:

@@ -11,7 +11,7 @@ from gm_ompl.motion.arc import Moment
 from gm_ompl.planfile.model import Plan, RegraspStep
 from gm_ompl.problem import Problem
 from gm_ompl.simulation.balance import Balance, balance, balances
-from gm_ompl.simulation.hand_ways import AirWay, HandWays
+from gm_ompl.simulation.hand_ways import RETURN, AirWay, HandWays
 from gm_ompl.simulation.phases import Phases
 from gm_ompl.simulation.segments import Run, commanded
 from gm_ompl.simulation.timeline import Pace, Timeline, between, joined, progress, ramp
@@ -71,7 +71,7 @@ class Scheduler(Phases):
         at_home = np.tile(way.joints[0], (self._samples(self.pace.settle), 1))
         self._fly("settle", AirWay(at_home, np.tile(way.tips[0], (len(at_home), 1, 1))))
         self._fly("transit", way)
-        return self._lowered("approach", self._standing(way.tips[-1]))
+        return self._lowered("approach", self._standing(way.tips[-1]), hand.first(0))
 
     def _go_home(self, hand: HandWays) -> None:
         """Lift all fingers and bring the hand home."""
@@ -79,8 +79,10 @@ class Scheduler(Phases):
         faint, nothing = np.minimum(self.touch, now.f_com), np.zeros_like(now.lean)
         self._switch(now.force_share > 0, faint, nothing)
         now.down, now.force_share = np.zeros_like(now.down), np.zeros_like(now.force_share)
-        rising = ramp(self._samples(self.pace.lift))
-        self._rest("lift", self.pace.lift, np.multiply.outer(rising, self._standing(way.tips[0])))
+        rising, off = ramp(self._samples(self.pace.lift)), self._standing(way.tips[0])
+        turned = self._turned(rising, way.joints[0])
+        self._rest("lift", self.pace.lift, np.multiply.outer(rising, off), joints=turned)
+        self._rest("transit", RETURN, off)
         self._fly("transit", way)
 
     def _run(self, run: Run) -> None:
@@ -197,15 +199,17 @@ class Scheduler(Phases):
         way = self._way(step) if air is None else self._ends(step, air)
         stands = self.pose.to_object(way)
         off, on = np.where(chosen[:, None], stands[[[1], [-2]]] - stands[[[0], [-1]]], 0.0)
-        self._rest("lift", pace.lift, off=np.multiply.outer(rising, off))
+        turned = now.joints if air is None else self._turned(rising, air.joints[0])
+        self._rest("lift", pace.lift, off=np.multiply.outer(rising, off), joints=turned)
+        if air is not None:
+            self._rest("transit", RETURN, off)
         now.limit[i], now.f_com[i] = self.touch, 0.0
         self.points[i], self.normals[i] = np.array(step.to.point), np.array(step.to.normal)
         if self.hand is None or air is None:
             self._bring(i, way[1:-1])
         else:
             self._fly("transit", AirWay(air.joints, self._only(i, air.tips[:, i])))
-            on = self._lowered("land", on)
-            now.joints = self.hand.last(number)
+            on = self._lowered("land", on, self.hand.last(number))
         self._land("land", chosen, on)
 
     def _ends(self, step: RegraspStep, air: AirWay) -> Array:
