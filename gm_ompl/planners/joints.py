@@ -12,7 +12,7 @@ import dataclasses
 
 import numpy as np
 
-from gm_ompl import limits
+from gm_ompl import clock, limits
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.hand.paths import JointPaths, JointRefusal
@@ -45,11 +45,11 @@ def jointed(
         rng: the only source of randomness.
     """
     joints = JointPlanner(judge, rng)
-    refused, last = 0, ""
+    refused, last, began = 0, "", clock.now() - result.statistics["time_s"]
     while steady.moves:
         found = joints.paths(steady.moves)
         if isinstance(found, JointPaths):
-            return _told(result, refused, last), steady, found
+            return _told(result, refused, last, began), steady, found
         refused, last = refused + 1, _words(found)
         _refuse(judge, steady.moves, found)
         budget_left = left(budget, result)
@@ -65,7 +65,7 @@ def jointed(
         result = dataclasses.replace(
             result, status=_without(result.status), moves=(), cost=None, lower_bound=0.0
         )
-    return _told(result, refused, last), Steady((), ()), None
+    return _told(result, refused, last, began), Steady((), ()), None
 
 
 def _without(status: Status) -> Status:
@@ -73,11 +73,12 @@ def _without(status: Status) -> Status:
     return Status.INTERRUPTED if status is Status.INTERRUPTED else Status.BUDGET
 
 
-def _told(result: SearchResult, refused: int, last: str) -> SearchResult:
-    """Return a result that says what the joints refused, and claims no more than is known."""
+def _told(result: SearchResult, refused: int, last: str, began: float) -> SearchResult:
+    """Return a result that says what the joints took and refused, and claims what is known."""
+    more: dict[str, object] = {"time_s": clock.now() - began}
     if not refused:
-        return result
-    more: dict[str, object] = {"joint_refusals": refused, "last_refusal": last}
+        return dataclasses.replace(result, statistics={**result.statistics, **more})
+    more |= {"joint_refusals": refused, "last_refusal": last}
     if result.status is Status.BUDGET and not limits.reached():
         more["ended_by"] = f"no joint paths: {last}"
     return dataclasses.replace(
