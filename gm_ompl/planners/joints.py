@@ -50,7 +50,7 @@ def jointed(
         found = joints.paths(steady.moves)
         if isinstance(found, JointPaths):
             return _told(result, refused, last, began), steady, found
-        refused, last = refused + 1, _words(found)
+        refused, last = refused + 1, in_words(found)
         _refuse(judge, steady.moves, found)
         budget_left = left(budget, result)
         if budget_left is None or refused == SEARCHES:
@@ -86,7 +86,8 @@ def _told(result: SearchResult, refused: int, last: str, began: float) -> Search
     )
 
 
-def _words(found: JointRefusal) -> str:
+def in_words(found: JointRefusal) -> str:
+    """Return who cannot what, and where."""
     return f"finger {found.finger} {found.why}, in step {found.move}"
 
 

@@ -11,8 +11,11 @@ import pytest
 
 import gm_ompl
 from gm_ompl.app.planning import summary
+from gm_ompl.errors import PathError
 from gm_ompl.feasibility.judge import hand_reach
+from gm_ompl.hand.paths import JointRefusal
 from gm_ompl.planfile.model import Plan
+from gm_ompl.planners.joint_paths import JointPlanner
 from gm_ompl.scenario.scenario import Scenario
 
 
@@ -103,6 +106,18 @@ def test_fingertips_alone_plan_what_the_robot_cannot(push: Scenario, tree: dict[
     rows = [table.find(record.face, record.cell) for record in first]
     found = [reach.configuration(pose, i, row) for i, row in enumerate(rows) if row is not None]
     assert any(q is None for q in found)
+
+
+def test_a_library_user_gets_joint_paths(push: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plan from OMPL's own planner has joint paths that check, or is refused by name."""
+    setup = gm_ompl.setup(push, "HybridRRTConnect", seed=1)
+    setup.solve(20.0)
+    plan = gm_ompl.plan_from(setup)
+    assert plan.hand is not None and gm_ompl.check(plan).holds
+    refusal = JointRefusal(0, 0.5, 1, "is out of reach")
+    monkeypatch.setattr(JointPlanner, "paths", lambda *_: refusal)
+    with pytest.raises(PathError, match="finger 1 is out of reach, in step 0"):
+        gm_ompl.plan_from(setup)
 
 
 ROBOTS = ["trifinger-push", "trifinger-flip", "trifinger-clutter", "arm-tumble"]

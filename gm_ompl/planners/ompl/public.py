@@ -10,18 +10,22 @@ import numpy as np
 
 from gm_ompl import clock
 from gm_ompl.arguments import whole
-from gm_ompl.errors import InputError
+from gm_ompl.errors import InputError, PathError
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.ways import with_ways
+from gm_ompl.hand.paths import JointPaths
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
+from gm_ompl.planners.joint_paths import JointPlanner
+from gm_ompl.planners.joints import in_words
 from gm_ompl.planners.ompl.run import judged_anew
 from gm_ompl.planners.ompl.setup import HybridSetup
 from gm_ompl.planners.ompl.table import refuse_unsound
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.steady import steady_moves
+from gm_ompl.problem import Move
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 
@@ -72,7 +76,7 @@ def plan_from(setup: Any) -> Plan:
     Raises:
         InputError: ``setup`` was not made by ``gm_ompl.setup``.
         UnsoundPlannerError: its planner ignores that motions are one-way.
-        PathError: its path cannot be executed.
+        PathError: its path cannot be executed, or a hand's joints find no way along it.
     """
     if not isinstance(setup, HybridSetup) or setup.scenario is None:
         raise InputError(f"plan_from: {type(setup).__name__}: must be made by gm_ompl.setup")
@@ -81,6 +85,7 @@ def plan_from(setup: Any) -> Plan:
     states = setup.solution()
     found = () if states is None else judged_anew(problem, states)
     steady = steady_moves(setup.judge, found)
+    paths = _joint_paths(setup, steady.moves)
     moves = with_ways(setup.judge.reach, steady.moves)
     spent = setup.spent + clock.now() - started
     ending = setup.ending()
@@ -104,4 +109,18 @@ def plan_from(setup: Any) -> Plan:
         parameters=setup.parameters(),
         optimal=ending.optimal,
         lower_bound=ending.lower_bound,
+        paths=paths,
+    )
+
+
+def _joint_paths(setup: HybridSetup, moves: tuple[Move, ...]) -> JointPaths | None:
+    """Return a hand's joint paths along moves; None where there is no hand, or nothing moves."""
+    if setup.judge.hand is None or not moves:
+        return None
+    found = JointPlanner(setup.judge, np.random.default_rng(setup.seed)).paths(moves)
+    if isinstance(found, JointPaths):
+        return found
+    raise PathError(
+        f"plan_from: no joint paths: {in_words(found)}; solve with another seed, or use "
+        "gm_ompl.plan, which searches on"
     )
