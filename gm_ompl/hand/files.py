@@ -39,14 +39,14 @@ def read_hand(path: Path, packages: Mapping[str, Path]) -> HandFile:
     Raises:
         HandError: it is not there, is neither, or names a mesh that is not there.
     """
-    root = _parsed(path)
+    root = parsed_file(path)
     if root.tag == "mujoco":
         return HandFile(path, None)
     if root.tag != "robot":
         wanted = "must be a URDF (<robot>) or an MJCF (<mujoco>)"
         raise HandError(("file",), f"{path}: its outermost element is <{root.tag}>; {wanted}")
     for mesh in root.iter("mesh"):
-        mesh.set("filename", str(_mesh(path, mesh.get("filename", ""), packages)))
+        mesh.set("filename", str(found_mesh(path, mesh.get("filename", ""), packages)))
     for old in root.findall("mujoco"):
         root.remove(old)
     # MuJoCo's own defaults weld fixed links, fingertips with them, and cut mesh paths.
@@ -56,7 +56,12 @@ def read_hand(path: Path, packages: Mapping[str, Path]) -> HandFile:
     return HandFile(path, ElementTree.tostring(root, encoding="unicode"))
 
 
-def _parsed(path: Path) -> ElementTree.Element:
+def parsed_file(path: Path) -> ElementTree.Element:
+    """Return the outermost element of a URDF or MJCF.
+
+    Raises:
+        HandError: it is not there, or no XML.
+    """
     if not path.is_file():
         raise HandError(("file",), f"{path}: no such file; give the path of a URDF or MJCF")
     if path.stat().st_size > MAX_BYTES:
@@ -68,8 +73,12 @@ def _parsed(path: Path) -> ElementTree.Element:
         raise HandError(("file",), f"{path}: not valid XML: {error}; {wanted}") from None
 
 
-def _mesh(file: Path, name: str, packages: Mapping[str, Path]) -> Path:
-    """Return the path of a mesh that ``file`` names."""
+def found_mesh(file: Path, name: str, packages: Mapping[str, Path]) -> Path:
+    """Return the path of a mesh that a URDF names.
+
+    Raises:
+        HandError: it is not there.
+    """
     found = file.parent / name.removeprefix("file://")
     if name.startswith(PACKAGE):
         package, _, rest = name.removeprefix(PACKAGE).partition("/")

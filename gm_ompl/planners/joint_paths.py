@@ -64,6 +64,10 @@ class JointPlanner:
             rows = self._onward(moves, 0, q)
             if rows is None:
                 continue
+            short = self._motors.refusal(moves, rows)
+            if short is not None:
+                self._failed(short)
+                continue
             approach = retreat = None
             if len(problem.fingers.standing) == len(self._all):
                 approach = q[None]
@@ -153,10 +157,6 @@ class JointPlanner:
                 self._failed(JointRefusal(number, t, who, why))
                 return None
             rows.append(new)
-        short = self._motors.displacement(number, move, np.array(rows))
-        if short is not None:
-            self._failed(short)
-            return None
         return np.array(rows)
 
     def _instants(self, move: Displacement) -> list[float]:

@@ -14,7 +14,7 @@ from gm_ompl.hand.efforts import Efforts
 from gm_ompl.hand.model import HandModel
 from gm_ompl.hand.paths import JointRefusal
 from gm_ompl.motion.arc import Moment
-from gm_ompl.problem import Displacement, Problem, Regrasp
+from gm_ompl.problem import Displacement, Move, Problem, Regrasp
 from gm_ompl.reference.statics import statics
 from gm_ompl.reference.torques import ROOM, Motors, least_share, turned
 
@@ -32,8 +32,16 @@ class MotorJudge:
         self._problem, self._model = problem, model
         self._efforts = Efforts(model, problem.mechanics.gravity)
 
-    def displacement(self, number: int, move: Displacement, rows: Array) -> JointRefusal | None:
-        """Return why motors cannot hold along rows (m, k) of move ``number``, or None."""
+    def refusal(self, moves: Sequence[Move], rows: Sequence[Array]) -> JointRefusal | None:
+        """Return where motors cannot hold along moves with their rows (m, k), or None."""
+        for number, (move, part) in enumerate(zip(moves, rows, strict=True)):
+            if isinstance(move, Displacement):
+                short = self._displacement(number, move, part)
+                if short is not None:
+                    return short
+        return None
+
+    def _displacement(self, number: int, move: Displacement, rows: Array) -> JointRefusal | None:
         cuts, every = move.arc.bounds(len(move.segments)), tuple(range(self._model.count))
         for k, decision in enumerate(move.segments):
             t = (cuts[k] + cuts[k + 1]) / 2.0
@@ -62,15 +70,15 @@ class MotorJudge:
     ) -> tuple[int, str] | None:
         """Return which finger asks too much of a motor, and in words; None where none does."""
         problem, (fingers, rows) = self._problem, hand
+        self._model.place(q, moment.pose)
+        down, points = list(fingers), np.zeros((self._model.count, 3))
+        points[down] = moment.pose.apply(problem.fingers.placements.points[list(rows)])
+        levers, weight = self._efforts.levers(points)[down], self._efforts.weight()
+        if self._ample(levers, weight, down):
+            return None
         contacts = contacts_at(moment, problem.body, problem.environment)
         instant = problem.instant(contacts, fingers, tuple(rows))
-        self._model.place(q, moment.pose)
-        points = np.zeros((self._model.count, 3))
-        points[list(fingers)] = moment.pose.apply(instant.points)
-        levers = self._efforts.levers(points)[list(fingers)]
-        motors = Motors(
-            turned(levers, moment.pose.rotation), self._efforts.weight(), self._model.spec.torque
-        )
+        motors = Motors(turned(levers, moment.pose.rotation), weight, self._model.spec.torque)
         force = np.array([mode is ControlMode.FORCE for mode in decision.modes], dtype=bool)
         f_com = np.array([f or 0.0 for f in decision.f_com], dtype=np.float64)
         found = least_share(statics(instant), force, f_com, motors)
@@ -81,6 +89,16 @@ class MotorJudge:
         far = np.linalg.norm(levers[:, :3, joint], axis=1)
         text = f"has {name} ask for {share:.2f} of its torque; plans count on {ROOM:g}"
         return fingers[int(far.argmax())], text
+
+    def _ample(self, levers: Array, weight: Array, down: Sequence[int]) -> bool:
+        """Whether motors have room whatever force within its limits each finger exerts."""
+        fingers = self._problem.fingers
+        normal, friction = fingers.max_normal_force[down], fingers.friction[down]
+        force = normal * np.sqrt(1.0 + friction**2)
+        moment = normal * friction * fingers.soft[down]
+        arms = np.linalg.norm(levers.reshape(len(down), 2, 3, -1), axis=2)
+        most = np.abs(weight) + force @ arms[:, 0] + moment @ arms[:, 1]
+        return bool((most <= ROOM * self._model.spec.torque).all())
 
 
 def between(rows: Array, share: float) -> Array:

@@ -42,6 +42,10 @@ class RobotModel(Strict):
     packages: dict[str, Text] = Field(
         default_factory=dict, description="folders by the names that package:// paths begin with"
     )
+    files: dict[str, Text] = Field(
+        default_factory=dict,
+        description="file and all that it names, as a plan keeps them, compressed",
+    )
     tips: Annotated[tuple[TipModel, ...], Field(min_length=1)] | None = said(
         "the fingertips, in finger order", None
     )
@@ -60,4 +64,6 @@ class RobotModel(Strict):
         """Refuse none or both of the ways to name a hand."""
         if (self.model is None) == (self.file is None):
             raise PydanticCustomError("hand", "must have model (a shipped hand) or file, not both")
+        if self.files and self.file not in self.files:
+            raise PydanticCustomError("hand", "files must have the one that file names")
         return self

@@ -10,6 +10,7 @@ from gm_ompl.errors import HandError
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.hand.build import Wanted, hand_spec
 from gm_ompl.hand.model import HandModel
+from gm_ompl.hand.packing import packed, unpacked
 from gm_ompl.hand.reach import HandReach
 from gm_ompl.hand.spec import HandSpec, Tip
 from gm_ompl.problem import Problem
@@ -20,21 +21,22 @@ from gm_ompl.scenario.motions import turned
 
 
 def with_found_files(model: ScenarioModel, notes: Notes) -> ScenarioModel:
-    """Return ``model`` with the hand's file and folders by absolute paths.
-
-    A plan keeps them: whoever reads it needs the file where it was.
-    """
+    """Return ``model`` with the hand's file, and all that it needs, inside: plans lie anywhere."""
     hand, folder = model.hand, notes.document.folder
-    if hand is None or folder is None:
+    if hand is None or hand.file is None or hand.files or folder is None:
         return model
 
-    def found(name: str) -> str:
-        return str((folder / FilePath(name).expanduser()).absolute())
+    def found(name: str) -> FilePath:
+        return (folder / FilePath(name).expanduser()).absolute()
 
-    file = None if hand.file is None else found(hand.file)
-    packages = {name: found(where) for name, where in hand.packages.items()}
-    changed = hand.model_copy(update={"file": file, "packages": packages})
-    return model.model_copy(update={"hand": changed})
+    path, packages = found(hand.file), {name: found(at) for name, at in hand.packages.items()}
+    try:
+        files = packed(path, packages)
+        change: dict[str, object] = {"file": next(iter(files)), "files": files, "packages": {}}
+    except HandError:  # whoever makes the hand finds it again, and says so
+        packages_there = {name: str(at) for name, at in packages.items()}
+        change = {"file": str(path), "packages": packages_there}
+    return model.model_copy(update={"hand": hand.model_copy(update=change)})
 
 
 def make_hand(hand: RobotModel | None, fingers: int, notes: Notes) -> HandSpec | None:
@@ -44,9 +46,14 @@ def make_hand(hand: RobotModel | None, fingers: int, notes: Notes) -> HandSpec |
     tips = None
     if hand.tips is not None:
         tips = tuple(Tip(tip.link, np.array(tip.offset)) for tip in hand.tips)
+    try:
+        folder = unpacked(hand.files) if hand.files else FilePath()
+    except HandError as error:
+        notes.add(("hand", *error.key), str(error))
+        return None
     wanted = Wanted(
         model=hand.model,
-        file=None if hand.file is None else FilePath(hand.file),
+        file=None if hand.file is None else folder / hand.file,
         packages={name: FilePath(where) for name, where in hand.packages.items()},
         tips=tips,
         base=Pose(turned(hand.base.rotation, 0.0), np.array(hand.base.position)),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,20 @@ import pytest
 
 import gm_ompl
 from gm_ompl.app.planning import summary
-from gm_ompl.errors import PathError
+from gm_ompl.checking.second_hand import SecondHand
+from gm_ompl.errors import PathError, ScenarioError
 from gm_ompl.feasibility.judge import hand_reach
+from gm_ompl.geometry.solids import Body, box
+from gm_ompl.hand.files import read_hand
+from gm_ompl.hand.model import HandModel
+from gm_ompl.hand.packing import packed
+from gm_ompl.hand.parsing import parsed
 from gm_ompl.hand.paths import JointRefusal
+from gm_ompl.hand.shipped import shipped_hand
+from gm_ompl.hand.spec import HandSpec
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.joint_paths import JointPlanner
+from gm_ompl.scenario.document import dump
 from gm_ompl.scenario.scenario import Scenario
 
 
@@ -161,3 +172,74 @@ def test_the_same_seed_gives_the_same_joints(push: Scenario, pushed: Plan) -> No
     rows = [row for step in again.hand.steps for row in step]
     assert np.array(rows).shape[1] == 9
     assert again.hand == pushed.hand
+
+
+def own_hand(folder: Path, kind: str) -> dict[str, Any]:
+    """A hand of one's own in ``folder``: the TriFinger's URDF, or an MJCF in three files."""
+    shipped = shipped_hand("trifinger")
+    if kind == "urdf":
+        text = shipped.path().read_text(encoding="utf-8")
+        (folder / "my hand.urdf").write_text(text, encoding="utf-8")
+        name = "my hand.urdf"
+    else:
+        (folder / "parts").mkdir()
+        model = parsed(shipped.path(), read_hand(shipped.path(), {}).text)
+        whole = model.to_xml().replace("<compiler ", '<compiler meshdir="parts" ', 1)
+        for mesh in model.meshes:
+            (folder / "parts" / Path(mesh.file).name).write_bytes(Path(mesh.file).read_bytes())
+            whole = whole.replace(mesh.file, Path(mesh.file).name)
+        assets = whole[whole.index("<asset>") : whole.index("</asset>") + len("</asset>")]
+        (folder / "assets.xml").write_text(f"<mujoco>{assets}</mujoco>", encoding="utf-8")
+        text = whole.replace(assets, '<include file="assets.xml"/>')
+        (folder / "hand.xml").write_text(text, encoding="utf-8")
+        name = "hand.xml"
+    tips = [{"link": link} for link in shipped.tips]
+    assert isinstance(shipped.torque, float)
+    return {"file": name, "tips": tips, "torque": shipped.torque, "speed": 2.0}
+
+
+@pytest.mark.parametrize("kind", ["urdf", "mjcf"])
+def test_a_plan_needs_no_file_of_its_hand(
+    kind: str, push: Scenario, tree: dict[str, Any], tmp_path: Path
+) -> None:
+    """The hand's file is gone, and the plan's scenario is the same; so is what it says again."""
+    hand = own_hand(tmp_path, kind)
+    assert push.problem.hand is not None
+    names, angles = push.problem.hand.joints, push.problem.hand.home.tolist()
+    hand["home"] = {n: f"{a} rad" for n, a in zip(names, angles, strict=True)}
+    tree["hand"] = hand
+    file = tmp_path / "own.yaml"
+    file.write_text(dump(tree), encoding="utf-8")
+    scenario = gm_ompl.load(str(file))
+    resolved = scenario.resolved()
+    shutil.rmtree(tmp_path)
+    again = Scenario.from_resolved(resolved)
+    assert again.resolved() == resolved
+    assert str(tmp_path) not in str(resolved)
+    first, second = push.problem.hand, again.problem.hand
+    assert second is not None and second.joints == first.joints
+    for one, other in zip((first, second), (HandModel, SecondHand), strict=True):
+        model = other(one, push.problem.body, [], True)
+        model.place(one.home)
+        assert model.tips() == pytest.approx(reference_tips(first), abs=1e-6)
+
+
+def reference_tips(spec: HandSpec) -> Any:
+    """The fingertips at home."""
+    model = HandModel(spec, box_body(), [], True)
+    model.place(spec.home)
+    return model.tips()
+
+
+def box_body() -> Body:
+    """Any object."""
+    return Body((box([-0.03] * 3, [0.03] * 3),))
+
+
+def test_a_damaged_hand_is_refused(tree: dict[str, Any]) -> None:
+    """What a plan keeps of a hand is text that anyone may change."""
+    files = packed(shipped_hand("arm-hand").path(), {})
+    for name, content in (("arm-hand.xml", "AAAA"), ("../arm-hand.xml", files["arm-hand.xml"])):
+        tree["hand"] = {"file": name, "files": {name: content}, "torque": 1, "speed": 1}
+        with pytest.raises(ScenarioError, match="damaged"):
+            gm_ompl.load(tree)
