@@ -295,6 +295,9 @@
         arrow: f.force.visible && f.arrow.visible ? f.shaft.scale.z / score.arrow : 0,
         label: f.label.textContent,
       })),
+      links: nodes.links.map((link) => ({
+        position: world(link), quaternion: ["w", "x", "y", "z"].map((part) => link.quaternion[part]),
+      })),
       contacts: nodes.contacts.filter((c) => c.root.visible)
         .map((c) => ({ position: world(c.root), sliding: c.sliding.visible })),
       gauge: parseFloat(by("gauge-fill").style.width) / 100,
