@@ -169,10 +169,11 @@ class JointCheck:
         """Judge the ways between rows: who holds stays, nothing is in anything."""
         holding = [i for i in range(len(held)) if i not in moving]
         for a, b in itertools.pairwise(rows):
-            looks = max(1, int(np.ceil(np.abs(b - a).max() / self._allowed.look)))
+            looks = max(2, int(np.ceil(np.abs(b - a).max() / self._allowed.look)))
             for k in range(looks + 1):
-                q = a + k / looks * (b - a)
-                self._stands(q, pose, held, self._allowed.row, found, holding)
+                q = a + k / looks * (b - a)  # who holds may follow an arm
+                off = self._allowed.between if 0 < k < looks else self._allowed.row
+                self._stands(q, pose, held, off, found, holding)
 
     def _stands(
         self,

@@ -18,6 +18,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.hand.paths import JointPaths, JointRefusal
+from gm_ompl.planners.joint_regrasp import ArmRegrasps
 from gm_ompl.planners.joint_torques import MotorJudge
 from gm_ompl.planners.joint_transit import Transits
 from gm_ompl.problem import Displacement, Move, Placements, Regrasp
@@ -50,6 +51,7 @@ class JointPlanner:
         self._model, self._solver = judge.hand.model, judge.hand.kinematics
         self._motors = MotorJudge(judge.problem, self._model)
         self._transits = Transits(judge.hand, judge.problem.fingers, rng)
+        self._arm = ArmRegrasps(judge.hand, self._transits, rng)
         self._every = np.ones(len(self._model.spec.joints), dtype=bool)
         self._all = tuple(range(self._model.count))
         self._deepest = JointRefusal(-1, 0.0, 0, "")
@@ -188,21 +190,27 @@ class JointPlanner:
         return max(hit.first, hit.second, 0), f"has {hit.names[0]} in {hit.names[1]}"
 
     def _regrasps(self, move: Regrasp, number: int, q: Array) -> Iterator[Array]:
-        """Yield rows (m, k) that take the lifted finger to its new placement."""
-        i, own = move.finger, self._model.own[move.finger]
-        target = move.pose.apply(self._reach.centres[i][move.target])
-        ends = self._solver.solutions(i, target, q, own) if own.any() else iter(())
+        """Yield rows (m, k) that take the lifted finger to its new placement.
+
+        First with its own hinges alone, then with those of an arm that it shares.
+        """
         why = "does not reach it beside the others"
-        for end in itertools.islice(ends, BRANCHES):
-            self._model.place(end, move.pose)
-            if self._model.hit(self._reach.touch) is not None:
-                continue
-            rows = self._transits.regrasp(move, q, end)
+        for rows in itertools.chain(self._alone(move, q), self._arm.ways(move, q)):
             short = None if rows is None else self._motors.regrasp(move, rows)
             if rows is not None and short is None:
                 yield rows
             why = short or "finds no way through the air"
-        self._failed(JointRefusal(number, 0.0, i, why))
+        self._failed(JointRefusal(number, 0.0, move.finger, why))
+
+    def _alone(self, move: Regrasp, q: Array) -> Iterator[Array | None]:
+        """Yield ways of the lifted finger's own hinges: None where one finds none."""
+        i, own = move.finger, self._model.own[move.finger]
+        target = move.pose.apply(self._reach.centres[i][move.target])
+        ends = self._solver.solutions(i, target, q, own) if own.any() else iter(())
+        for end in itertools.islice(ends, BRANCHES):
+            self._model.place(end, move.pose)
+            if self._model.hit(self._reach.touch) is None:
+                yield self._transits.regrasp(move, q, end)
 
 
 def _end(move: Move) -> tuple[Pose, Placements]:

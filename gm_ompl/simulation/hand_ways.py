@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -22,6 +23,9 @@ SPEED: Final = 0.5
 
 STRAIGHT: Final = 1.05
 """So near its placement, in its radius, a fingertip goes straight up or down."""
+
+AHEAD: Final = 0.98
+"""Cosine between a way's parts, from which on it leads straight on."""
 
 RISE: Final = 0.15
 """Time to reach that speed [s]."""
@@ -120,13 +124,18 @@ class HandWays:
         return np.array(found)
 
     def _timed(self, rows: Array) -> AirWay:
-        """Lay time over corners (m, k), at rest in each; the fastest hinge sets the pace."""
-        parts = [rows[:1]]
-        for a, b in itertools.pairwise(rows):
-            length = float((np.abs(b - a) / self.spec.speed).max())
-            if length > 0.0:
-                share = progress(length, SPEED, RISE, self._dt) / length
-                parts.append(a + np.multiply.outer(share, b - a))
+        """Lay time over corners (m, k), at rest in each sharp one; the fastest hinge sets the pace.
+
+        Rows that lead straight on are one way: an arm's are near each other.
+        """
+        parts, spec = [rows[:1]], self.spec
+        for way in _straight_parts(rows):
+            lengths = (np.abs(np.diff(way, axis=0)) / spec.speed).max(axis=1)
+            ends = np.concatenate([[0.0], np.cumsum(lengths)])
+            if ends[-1] > 0.0:
+                along = progress(float(ends[-1]), SPEED, RISE, self._dt)
+                columns = [np.interp(along, ends, column) for column in way.T]
+                parts.append(np.stack(columns, axis=1))
         joints = np.concatenate(parts)
         return AirWay(joints, self._tips(joints))
 
@@ -162,3 +171,13 @@ class HandWays:
         """
         against = np.array([spun - self._model.turning(i) @ turned for i in range(len(normal))])
         return np.asarray(np.cross(against, self._radius[:, None] * normal))
+
+
+def _straight_parts(rows: Array) -> Iterator[Array]:
+    """Yield rows (m, k) in parts that share their ends, cut where the way turns."""
+    steps = np.diff(rows, axis=0)
+    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), np.finfo(float).tiny)
+    turns = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < AHEAD) + 1
+    cuts = [0, *turns.tolist(), len(rows) - 1]
+    for a, b in itertools.pairwise(cuts):
+        yield rows[a : b + 1]

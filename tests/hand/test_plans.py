@@ -13,19 +13,26 @@ import pytest
 
 import gm_ompl
 from gm_ompl.app.planning import summary
+from gm_ompl.arrays import Array
 from gm_ompl.checking.second_hand import SecondHand
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.errors import PathError, ScenarioError
 from gm_ompl.feasibility.judge import hand_reach
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, box
 from gm_ompl.hand.files import read_hand
 from gm_ompl.hand.model import HandModel
 from gm_ompl.hand.packing import packed
 from gm_ompl.hand.parsing import parsed
 from gm_ompl.hand.paths import JointRefusal
+from gm_ompl.hand.reach import HandReach
 from gm_ompl.hand.shipped import shipped_hand
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.joint_paths import JointPlanner
+from gm_ompl.planners.joint_regrasp import ArmRegrasps
+from gm_ompl.planners.joint_transit import Transits
+from gm_ompl.problem import Regrasp
 from gm_ompl.scenario.document import dump
 from gm_ompl.scenario.scenario import Scenario
 
@@ -243,3 +250,64 @@ def test_a_damaged_hand_is_refused(tree: dict[str, Any]) -> None:
         tree["hand"] = {"file": name, "files": {name: content}, "torque": 1, "speed": 1}
         with pytest.raises(ScenarioError, match="damaged"):
             gm_ompl.load(tree)
+
+
+def together(reach: HandReach, targets: Array, pose: Pose) -> Array:
+    """A configuration with both fingertips where they are asked for, nothing hit."""
+    every, home = np.ones(11, dtype=bool), reach.model.spec.home
+    for i in (0, 1):
+        for q in reach.kinematics.solutions(i, targets[i], home):
+            whole = reach.kinematics.follow(q, (0, 1), targets, every)
+            if whole is not None:
+                reach.model.place(whole, pose)
+                if reach.model.hit(reach.touch) is None:
+                    return whole
+    pytest.fail("there is none")
+
+
+def test_an_arm_moves_while_the_other_finger_holds() -> None:
+    """In a regrasp with the arm it moves, who holds stays within a micrometre, nothing is hit."""
+    few = ["fingers.placements.margin=0", "fingers.placements.grid=[5, 5]"]
+    problem = gm_ompl.load("robot/arm-tumble", few).problem
+    table, pose = problem.fingers.placements, problem.motion.pose(problem.start)
+    cells = ("+y", (2, 2)), ("-y", (2, 2)), ("-y", (2, 3))
+    first, before, after = (row for row in (table.find(*c) for c in cells) if row is not None)
+    decision = ModeDecision(Outcome.STABLE, 1.0, (ControlMode.POSITION,), (None,))
+    move = Regrasp(pose, (), 1, after, (first, before), decision, 1.0)
+    assert problem.hand is not None
+    reach = hand_reach(problem, problem.hand)
+    model, rng = reach.model, np.random.default_rng(0)
+    start = together(reach, pose.apply(problem.fingers.centres((first, before))), pose)
+    arm = ArmRegrasps(reach, Transits(reach, problem.fingers, rng), rng)
+    rows = next(arm.ways(move, start))
+    assert np.ptp(rows[:, :5], axis=0).max() > 0.1
+    tips = []
+    for q in rows:
+        model.place(q, pose)
+        assert model.hit(reach.touch) is None
+        tips.append(model.tips())
+    held = np.array(tips)[:, 0]
+    assert np.abs(held - held[0]).max() <= 1e-6
+    ends = pose.apply(problem.fingers.centres((before, after)))
+    assert np.array(tips)[[0, -1], 1] == pytest.approx(ends, abs=1e-6)
+
+
+def test_a_plan_with_an_arm_s_regrasps_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no finger regrasps by its own hinges, the arm's move, and the plan checks."""
+    monkeypatch.setattr(JointPlanner, "_alone", lambda *_: iter(()))
+    here, there = ({"face": "-y", "cell": [k, k]} for k in (1, 2))
+    change = {
+        "fingers.start": [{"face": "+y", "cell": [1, 1]}, here],
+        "fingers.goal": ["any", there],
+        "lattice.segments": 6,
+    }
+    plan = gm_ompl.plan(gm_ompl.load("robot/arm-tumble").with_(change), "HybridRRTConnect", seed=1)
+    assert plan.hand is not None and plan.regrasps
+    moved = [
+        np.ptp(np.array(rows)[:, :5], axis=0).max()
+        for step, rows in zip(plan.steps, plan.hand.steps, strict=True)
+        if step.kind == "regrasp"
+    ]
+    assert min(moved) > 0.01
+    report = gm_ompl.check(plan)
+    assert report.holds, report.table()

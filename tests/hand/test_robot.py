@@ -77,7 +77,7 @@ def wxyz(turn: Any) -> list[float]:
 def seconds(time: Any, line: Timeline) -> int:
     """The instant of the timeline that a stamp or a duration is, to the nanosecond."""
     at = time.sec + 1e-9 * time.nanosec
-    k = round(at / line.dt) - round(line.time[0] / line.dt)
+    k: int = round(at / line.dt) - round(float(line.time[0]) / line.dt)
     assert at == pytest.approx(line.time[k], abs=1e-9)
     return k
 

@@ -18,7 +18,7 @@ LONGEST = 0.02
 """A way is looked at in steps of at most so much [rad]."""
 
 MOST_LOOKS = 60_000
-"""Configurations looked at before a way is given up."""
+"""Configurations looked at before a way is given up, where nothing else is said."""
 
 
 def joint_way(
@@ -28,6 +28,7 @@ def joint_way(
     goal: Array,
     valid: Callable[[Array], bool],
     rng: np.random.Generator,
+    most_looks: int = MOST_LOOKS,
 ) -> Array | None:
     """Return corners (m, k) of a way, both ends included; None where none was found.
 
@@ -38,6 +39,7 @@ def joint_way(
         goal: (k,).
         valid: whether a configuration (k,) penetrates nothing.
         rng: OMPL's random numbers, which are global, are seeded from it.
+        most_looks: after so many the way is given up.
     """
     looks = 0
 
@@ -47,7 +49,7 @@ def joint_way(
         return valid(np.array([state[k] for k in range(len(low))]))
 
     def over() -> bool:
-        return looks > MOST_LOOKS or bool(limits.reached())
+        return looks > most_looks or bool(limits.reached())
 
     seed_ompl(rng)
     information = _space(low, high, looked)
