@@ -137,12 +137,14 @@ class CostSettings:
         regrasp: X_regr of Eq. (10).
         stability: X_stab of Eq. (9).
         samples_per_arc: P of Eq. (9).
+        samples_at: "middles" of P equal parts of an arc, or "ends": evenly from end to end.
         z_floor: what a smaller margin counts as in Eq. (9); None stands for 0.01 M g.
     """
 
     regrasp: float = 100.0
     stability: float = 0.01
     samples_per_arc: int = 3
+    samples_at: str = "middles"
     z_floor: float | None = None
 
 
@@ -246,7 +248,7 @@ class Displacement:
         start: object coordinates at the arc's tail; empty where the motion has none.
         end: at its head, unwrapped.
         placements: per physical finger.
-        segments: one decision per equal segment, judged at the segment's midpoint.
+        segments: one decision per segment, where the arc has it judged.
         cost: Eq. (9).
     """
 

@@ -224,7 +224,7 @@ class FreeArcs(Kinematics):
         """Return how many segments an arc over so many steps has: all of each step begun."""
         segments = self._samples * steps
         if segments <= self._samples:
-            return max(1, math.ceil(segments - margin))
+            return max(2 if self._motion.ends else 1, math.ceil(segments - margin))
         return self._samples * max(1, math.ceil(steps - margin))
 
     def _same(self, piece: Piece, offer: PlainOffer, *, any_length: bool = False) -> bool:

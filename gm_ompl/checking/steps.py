@@ -53,7 +53,7 @@ def _check_segments(
     middles = arc.middles(len(step.segments))
     for j, (moment, segment) in enumerate(zip(middles, step.segments, strict=True)):
         reason = recheck.blocked(moment.pose, rows)
-        found.check("geometry", reason is None, f"at its midpoint: {reason}", j)
+        found.check("geometry", reason is None, f"where it is judged: {reason}", j)
         hold = Hold(
             contacts=recheck.contacts(moment),
             fingers=tuple(range(len(rows))),

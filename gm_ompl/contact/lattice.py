@@ -25,7 +25,7 @@ from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.free import SHORTEST, SLACK, FreeMotion
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, Way
-from gm_ompl.motion.screw import Screw, Slide, Tumble
+from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
 
 COUNTED: Final = 1e-9
 """A number of segments that is whole up to this is that number."""
@@ -137,14 +137,14 @@ class ContactLattice:
             if head < 0 or head in seen:
                 continue
             seen.add(head)
-            pitch, parts = None, self._parts
+            pitch, parts, fewest = None, self._parts, self._motion.fewest
             if steps[i] < 1.0 - COUNTED:
-                parts = max(1, math.ceil(self._parts * steps[i] - COUNTED))
+                parts = max(fewest, math.ceil(self._parts * steps[i] - COUNTED))
                 pitch = 1.0 / (self._parts * steps[i])
             made = functools.partial(self._screw, place, motions, i, pitch)
             form = motions.forms[i], parts
             along = (min(place, end), max(place, end), form)
-            bare = bool(motions.ended.bare[i])
+            bare = bool(motions.ended.bare[i]) and not self._motion.ends
             yield GraphArc(head, made, parts, motions.kinds[i], form, along, bare=bare)
 
     def _head(self, place: int, offered: Offered, i: int, position: Array) -> int:
@@ -155,15 +155,12 @@ class ContactLattice:
 
     def _screw(self, place: int, motions: Motions, i: int, pitch: float | None) -> Screw:
         """Return motion ``i`` from a pose."""
-        pose, offered, share = (
-            self._numbered.pose(place),
-            motions.offered,
-            float(motions.ended.shares[i]),
-        )
-        if not offered.turns[i]:
-            return Screw(pose, Slide(motions.ended.ways[i]), pitch=pitch)
-        pivot, angle = offered.by[i] + pose.position, share * float(offered.angles[i])
-        return Screw(pose, Tumble(pivot, offered.axes[i], angle), pitch=pitch)
+        pose, offered, ended = self._numbered.pose(place), motions.offered, motions.ended
+        piece: Piece = Slide(ended.ways[i])
+        if offered.turns[i]:
+            angle = float(ended.shares[i]) * float(offered.angles[i])
+            piece = Tumble(offered.by[i] + pose.position, offered.axes[i], angle)
+        return Screw(pose, piece, pitch=pitch, ends=self._motion.ends)
 
     def _motions(self, place: int, line: Line | None) -> Motions:
         """Return the motions at a pose, a rotation under way about a line seen from there."""

@@ -110,7 +110,8 @@ def _distances(problem: Problem, goals: tuple[int, ...], levels: Array, stop: St
     from scipy.sparse import coo_array  # takes long to load
     from scipy.sparse.csgraph import dijkstra
 
-    lattice, P = problem.lattice, problem.cost.samples_per_arc
+    # Parts of uneven length are no shorter together than one fewer of equal length.
+    lattice, P = problem.lattice, problem.cost.samples_per_arc - problem.motion.ends
     free = _object_free(problem, stop)
     tails, heads, axis, steps = _edges(problem, free)
     found = np.full((lattice.size, len(levels)), np.inf)

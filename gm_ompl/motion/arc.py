@@ -6,10 +6,12 @@ fingertips are computed here and nowhere else.
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -45,15 +47,22 @@ class Segment:
         arc: the whole.
         first: t where the segment begins.
         last: t where it ends.
+        at: t where it is judged.
     """
 
     arc: Arc
     first: float
     last: float
+    at: float
 
     def pose(self, share: float) -> Pose:
         """Return the pose after ``share`` of the segment."""
         return self.arc.pose(self.first + share * (self.last - self.first))
+
+    @property
+    def share(self) -> float:
+        """How much of it is passed where it is judged."""
+        return (self.at - self.first) / (self.last - self.first)
 
     @cached_property
     def start(self) -> Pose:
@@ -68,7 +77,12 @@ class Segment:
     @cached_property
     def middle(self) -> Moment:
         """The instant at which it is judged."""
-        return self.arc.moment((self.first + self.last) / 2.0)
+        return self.arc.moment(self.at)
+
+
+INSIDE: Final = 2.0**-7
+"""How far from its ends, in t, an arc is judged that is judged there: at the end itself a face may
+have come down."""
 
 
 class Arc(ABC):
@@ -111,28 +125,42 @@ class Arc(ABC):
         """How long a segment is, in t; the last one may be shorter. None: all are equal."""
         return None
 
+    @property
+    def ends(self) -> bool:
+        """Whether it is judged from end to end, at even distances, and not in equal segments."""
+        return False
+
     def bounds(self, parts: int) -> list[float]:
         """Return the t at which its segments begin and end, one more than ``parts``."""
+        if self.ends:
+            return [0.0, *((j + 0.5) / (parts - 1) for j in range(parts - 1)), 1.0]
         if self.pitch is None:
             return [j / parts for j in range(parts + 1)]
         return [*(j * self.pitch for j in range(parts)), 1.0]
 
     def segments(self, parts: int) -> tuple[Segment, ...]:
         """Return the arc's parts, in order."""
-        cuts = self.bounds(parts)
-        return tuple(Segment(self, *cuts[j : j + 2]) for j in range(parts))
+        cuts, looks = self.bounds(parts), self._looks(parts)
+        return tuple(Segment(self, *cuts[j : j + 2], looks[j]) for j in range(parts))
 
     def middles(self, parts: int) -> tuple[Moment, ...]:
         """Return the instants at which the segments are judged."""
         return tuple(self._middles(parts))
 
     def _middles(self, parts: int) -> Iterator[Moment]:
-        cuts = self.bounds(parts)
-        for j in range(parts):
+        for j, t in enumerate(self._looks(parts)):
             if j % 256 == 255:
                 limits.check()
-            equal = (2 * j + 1) / (2 * parts)  # equal on the way back, in every bit
-            yield self.moment(equal if self.pitch is None else (cuts[j] + cuts[j + 1]) / 2.0)
+            yield self.moment(t)
+
+    def _looks(self, parts: int) -> list[float]:
+        """Return the t at which the segments are judged."""
+        if self.ends:
+            return [min(max(j / (parts - 1), INSIDE), 1.0 - INSIDE) for j in range(parts)]
+        if self.pitch is None:  # equal on the way back, in every bit
+            return [(2 * j + 1) / (2 * parts) for j in range(parts)]
+        cuts = self.bounds(parts)
+        return [(a + b) / 2.0 for a, b in itertools.pairwise(cuts)]
 
     def cuts(self, parts: int) -> tuple[Pose, ...]:
         """Return the poses at the segments' ends, one more than ``parts``."""
@@ -163,6 +191,7 @@ class Motion(ABC):
         high: (d,), greatest value of each coordinate.
         periods: (d,), the period of a coordinate that wraps, else None.
         breakpoints: per coordinate, the values where pieces meet; no arc spans one.
+        ends: whether its arcs are judged from end to end, as ``Arc`` has it.
     """
 
     names: tuple[str, ...]
@@ -170,6 +199,12 @@ class Motion(ABC):
     high: tuple[float, ...]
     periods: tuple[float | None, ...]
     breakpoints: tuple[tuple[float, ...], ...]
+    ends: bool = False
+
+    @property
+    def fewest(self) -> int:
+        """How many segments an arc has at least."""
+        return 2 if self.ends else 1
 
     @property
     def dimension(self) -> int:

@@ -79,7 +79,7 @@ class PathMotion(Motion):
         first, last = float(tail[0]), float(head[0])
         p, _ = self._piece((first + last) / 2.0, ahead=last >= first)
         ends = self._fraction(p, first), self._fraction(p, last)
-        return Screw(self.knots[p], self.pieces[p], *ends, self._known[p])
+        return Screw(self.knots[p], self.pieces[p], *ends, self._known[p], ends=self.ends)
 
     def _fraction(self, p: int, s: float) -> float:
         """Return the fraction of piece p at ``s``; a node at its boundary is on it."""

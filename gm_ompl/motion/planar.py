@@ -38,12 +38,14 @@ class Straight(Arc):
         head: at t = 1.
         height: z of the centre of mass.
         attitude: (3, 3), how the object is turned at yaw 0, object to world.
+        ends: whether it is judged from end to end, as ``Arc`` has it.
     """
 
     tail: tuple[float, float, float]
     head: tuple[float, float, float]
     height: float
     attitude: Array = field(default_factory=lambda: UPRIGHT)
+    ends: bool = False
 
     def pose(self, t: float) -> Pose:
         """Return the pose at ``t``."""
@@ -113,7 +115,7 @@ class PlanarMotion(Motion):
     def arc(self, tail: Sequence[float] | Array, head: Sequence[float] | Array) -> Straight:
         """Return the straight motion from ``tail`` to ``head``, both [x, y, yaw]."""
         start, end = ((float(q[0]), float(q[1]), float(q[2])) for q in (tail, head))
-        return Straight(start, end, self.height, self.attitude)
+        return Straight(start, end, self.height, self.attitude, self.ends)
 
     def velocity(self, q: Sequence[float] | Array, dq: Sequence[float] | Array) -> Twist:  # noqa: ARG002
         """Return the derivative of the pose at ``q`` in the direction ``dq`` (3,)."""

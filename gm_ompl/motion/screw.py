@@ -99,6 +99,7 @@ class Screw(Arc):
         last: the fraction at t = 1.
         known: poses by their fraction, shared by the parts of one motion.
         pitch: how long a segment is, as ``Arc`` has it.
+        ends: whether it is judged from end to end, likewise.
     """
 
     origin: Pose
@@ -107,6 +108,7 @@ class Screw(Arc):
     last: float = 1.0
     known: dict[float, Pose] = field(default_factory=dict)
     pitch: float | None = None
+    ends: bool = False
 
     def pose(self, t: float) -> Pose:
         """Return the pose at ``t``."""

@@ -47,14 +47,16 @@ def arc_of(step: DisplacementStep, problem: Problem) -> Arc:
         attitude = rotation_about(UP, -line.from_[2]) @ start.rotation
         if np.abs(attitude - UPRIGHT).max() <= ROUNDING:
             attitude = UPRIGHT
-        return Straight(line.from_, line.to, step.pose_from.position[2], attitude)
+        height = step.pose_from.position[2]
+        return Straight(line.from_, line.to, height, attitude, problem.motion.ends)
     piece: Piece
     if isinstance(record, TranslationArc):
         piece = Slide(np.array(record.translation))
     else:
         turn = record.rotation
         piece = Tumble(np.array(turn.point), np.array(turn.axis), turn.angle)
-    return Screw(start, piece, pitch=_pitch(piece, problem, len(step.segments)))
+    pitch = _pitch(piece, problem, len(step.segments))
+    return Screw(start, piece, pitch=pitch, ends=problem.motion.ends)
 
 
 def steps_of(piece: Piece, motion: FreeMotion) -> float:

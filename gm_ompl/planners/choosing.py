@@ -90,7 +90,7 @@ def instants_of(problem: Problem, moves: Sequence[Move]) -> Iterator[PlannedInst
             rows, rest = tuple(move.placements[i] for i in others), Moment(move.pose)
             yield PlannedInstant(rest, rest, rest, others, rows, move.rest)
             continue
-        ends = [move.arc.moment(j / len(move.segments)) for j in range(len(move.segments) + 1)]
+        ends = [move.arc.moment(t) for t in move.arc.bounds(len(move.segments))]
         middles = move.arc.middles(len(move.segments))
         for moment, first, last, decision in zip(
             middles, ends, ends[1:], move.segments, strict=False

@@ -161,13 +161,13 @@ class ContactArcs:
             piece = Slide(t * whole.by)
         inside = self.in_region(start, piece)
         step = self._steps.translation if line is None else self._steps.rotation
-        steps = t * length / step
+        steps, ends = t * length / step, self._motion.ends
         if steps >= 1.0 - WHOLE:
-            yield PlainOffer(Screw(start, piece), self._samples, line, inside)
+            yield PlainOffer(Screw(start, piece, ends=ends), self._samples, line, inside)
             return
-        parts = max(1, math.ceil(self._samples * steps - WHOLE))
+        parts = max(2 if ends else 1, math.ceil(self._samples * steps - WHOLE))
         pitch = 1.0 / (self._samples * steps)
-        yield PlainOffer(Screw(start, piece, pitch=pitch), parts, line, inside)
+        yield PlainOffer(Screw(start, piece, pitch=pitch, ends=ends), parts, line, inside)
 
     def _translations(self, pose: Pose) -> Iterator[tuple[int, Array]]:
         """Yield, per listed axis and sense, the way to the next multiple of the step."""

@@ -254,12 +254,13 @@ class Screws:
             length = float(np.linalg.norm(piece.by)) / steps.translation
         pitch, parts = None, self._P
         if length < 1.0 - WHOLE:
-            parts = max(1, math.ceil(self._P * length - WHOLE))
+            parts = max(self.motion.fewest, math.ceil(self._P * length - WHOLE))
             pitch = 1.0 / (self._P * length)
         stands, kind = self._stands(tail), None
         if stands != tail:
             kind = (stands, *self._form(self.pose(tail), piece))
-        return GraphArc(head, Screw(self.pose(tail), piece, pitch=pitch), parts, kind)
+        screw = Screw(self.pose(tail), piece, pitch=pitch, ends=self.motion.ends)
+        return GraphArc(head, screw, parts, kind)
 
     def _form(self, pose: Pose, piece: Piece) -> tuple[float, ...]:
         """Return what is equal for motions that are one as the object sees them."""

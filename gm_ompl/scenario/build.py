@@ -79,6 +79,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
     notes.stop()
     assert moving is not None
     assert fingers is not None
+    moving.motion.ends = model.cost.samples_at == "ends"
     lattice = _lattice(model, moving.motion, fingers, notes)
     problem = Problem(
         name=model.name,

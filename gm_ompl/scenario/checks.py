@@ -176,6 +176,8 @@ def _soft(model: ScenarioModel) -> Iterator[Finding]:
 
 def _cost(model: ScenarioModel) -> Iterator[Finding]:
     floor, z_min = model.cost.z_floor, model.mechanics.z_min
+    if (model.cost.samples_at, model.cost.samples_per_arc) == ("ends", 1):
+        yield ("cost", "samples_per_arc"), 1, "must be >= 2 with samples_at: ends"
     if floor is not None and floor < LEAST:
         yield ("cost", "z_floor"), floor, f"must be >= {LEAST:g}; use other units"
     elif floor is not None and 0.0 < z_min < floor <= MOST:

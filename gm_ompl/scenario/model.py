@@ -232,6 +232,7 @@ class CostModel(Strict):
     samples_per_arc: Annotated[Whole, Field(ge=1, le=1000)] = said(
         "P: segments of an arc that are judged", 3
     )
+    samples_at: Literal["middles", "ends"] = said("of P equal parts, or of the arc", "middles")
     z_floor: Positive | None = Field(
         default=None, description="what a smaller z counts as in the cost; default 0.01 M g"
     )

@@ -20,11 +20,12 @@ from gm_ompl.simulation.world import Bodies, box_of
 CONTACT = "0.001 1"
 """Time constant [s] and damping ratio of a contact: two time steps, critically damped."""
 
-IMPEDANCE = "0.2 0.9 0.0005 0.5 2"
-"""Contacts yield softly at first and are rigid from half a millimetre on. A sliding contact that is
-rigid from the beginning hops: the solver's friction pushes it up, off, and it falls back."""
+IMPEDANCE = "0.2 0.9 0.0002 0.5 2"
+"""Contacts yield softly at first and are rigid from a fifth of a millimetre on: an edge that sinks
+in deeper leaves its load to the fingers. A sliding contact that is rigid from the beginning hops:
+the solver's friction pushes it up, off, and it falls back."""
 
-SLIP_SWEEPS = 10  # sweeps of the solver that removes the creep of static contacts
+SLIP_SWEEPS = 20  # sweeps of the solver that removes the creep of static contacts
 
 FRICTION_RATIO = 1.0
 """Friction is held as stiffly as normal forces; what creeps is the sweeps' to remove."""

@@ -23,28 +23,36 @@ than the margin, lose plans that hold."""
 
 DAMPING = 2.0 * (STIFFNESS * TIP_MASS) ** 0.5  # critical [N s/m]
 
-YIELDING = 2.0
-"""Damping along the normal under force control [N s/m]: little, the force is what counts."""
+YIELDING = DAMPING
+"""Damping along the normal under force control [N s/m]: a finger keeps pace with the plan even
+where nothing but its own force drives the object."""
 
 FREE = 0.05
 """Time constant in which a finger in the air gives up the offset of its last contact [s]."""
 
+SETTLING = 0.05
+"""Time constant in which fingers, before the object first moves, give up what their springs pull
+sideways [s]: they lean with the balance alone then, wherever they have touched down."""
+
 
 class Servo:
-    """The fingers' controller; its memory is one offset per finger along the normal.
+    """The fingers' controller; its memory is one offset per finger.
 
-    While a finger is under force control, or feels for the surface, the offset follows it, such
-    that the spring of position control would press just as hard: a switch changes no force.
+    While a finger is under force control, or feels for the surface, the offset along the normal
+    follows it, such that the spring of position control would press just as hard: a switch changes
+    no force. While the object still stands, the offset beside the normal settles.
 
     Args:
         timeline: what is commanded, SI units.
 
     Attributes:
         offset: (n,), added to the target along the normal [m].
+        beside: (n, 3), added to it along the surface, object frame [m].
     """
 
     def __init__(self, timeline: Timeline) -> None:
         self._line, self.offset = timeline, np.zeros(timeline.fingers)
+        self.beside = np.zeros((timeline.fingers, 3))
 
     def forces(self, k: int, centres: Array, velocities: Array) -> Array:
         """Return the forces (n, 3) on the fingertips [N] at instant ``k``.
@@ -62,7 +70,9 @@ class Servo:
         given = line.f_com[k] + YIELDING * closing
         normal = held + line.force_share[k] * (given - held)
         self._follow(k, ahead, np.minimum(spring, line.limit[k]) - pressed, pressed)
-        sideways = STIFFNESS * (error - ahead[:, None] * n) + DAMPING * (
+        along = error - ahead[:, None] * n
+        self._settle(k, along)
+        sideways = STIFFNESS * (along + self.beside @ line.rotation[k].T) + DAMPING * (
             slower - closing[:, None] * n
         )
         sideways = sideways + line.lean[k] - pressed[:, None] * n
@@ -76,6 +86,13 @@ class Servo:
         bumpless = np.where(forced, line.f_com[k] - pressed, held) / STIFFNESS - ahead
         fading = np.where(line.down[k], 1.0, np.exp(-line.dt / FREE))
         self.offset = np.where(forced | line.landing[k], bumpless, fading * self.offset)
+
+    def _settle(self, k: int, along: Array) -> None:
+        """Move the offsets beside the normal to where the springs, ``along`` (n, 3) off, rest."""
+        line = self._line
+        step = np.where(line.settling[k], line.dt / SETTLING, 0.0)[:, None]
+        down = (line.down[k] | line.landing[k])[:, None]
+        self.beside = down * ((1.0 - step) * self.beside - step * (along @ line.rotation[k]))
 
 
 EVERY = 4  # steps between two rows of a recording: 2 ms
@@ -95,9 +112,9 @@ class Recording:
     normal_force: Array  # (K, n), mean over the row's steps
 
 
-Snapshot: TypeAlias = tuple[int, Array, Array]
+Snapshot: TypeAlias = tuple[int, Array, Array, Array]
 """Where a play can be taken up again: the next instant, the simulator's state, the servo's
-offset."""
+offsets."""
 
 
 class Player:
@@ -121,13 +138,14 @@ class Player:
 
     def snapshot(self) -> Snapshot:
         """Return where the play stands."""
-        return self.instant, self.physics.state(), self.servo.offset.copy()
+        servo = self.servo
+        return self.instant, self.physics.state(), servo.offset.copy(), servo.beside.copy()
 
     def resume(self, snapshot: Snapshot) -> None:
         """Go back to where the play once stood."""
-        self.instant, state, offset = snapshot
+        self.instant, state, offset, beside = snapshot
         self.physics.restore(state)
-        self.servo.offset = offset.copy()
+        self.servo.offset, self.servo.beside = offset.copy(), beside.copy()
 
     def play(
         self,

@@ -24,8 +24,8 @@ def schedule(plan: Plan, problem: Problem, pace: Pace, dt: float, *, lean: bool 
     """Lay time over ``plan``.
 
     The object moves at an even pace and stops only to switch modes, to regrasp and to change
-    direction; commanded forces run straight from one segment's midpoint to the next. Before and
-    after, and in every switch, it rests.
+    direction; commanded forces run straight from where one segment is judged to where the next
+    is. Before and after, and in every switch, it rests.
 
     Args:
         plan: what to do; trusted in everything.
@@ -97,7 +97,7 @@ class Scheduler(Phases):
         lengths = np.linalg.norm(ways, axis=2).max(axis=1)
         ends = np.cumsum(lengths)
         along = progress(float(ends[-1]), pace.speed * self.size, pace.ramp, self.dt)
-        middles = ends - lengths / 2.0
+        middles = ends - lengths * [1.0 - s.part.share for s in run]
         which = np.minimum(np.searchsorted(ends, along), len(ends) - 1)
         left = (ends[which] - along) / np.maximum(lengths[which], np.finfo(float).tiny)
         shares = zip(which, np.clip(1.0 - left, 0.0, 1.0).tolist(), strict=True)

@@ -127,6 +127,12 @@ class Timeline:
         return replace(self, centre=moved, **lengths, **forces)
 
     @cached_property
+    def settling(self) -> BoolArray:
+        """(T, n), whether a finger begins to press where the object stands before it moves."""
+        moved = np.logical_or.accumulate(self.phase == PHASES.index("move"))
+        return self.down & ((self.phase == PHASES.index("switch")) & ~moved)[:, None]
+
+    @cached_property
     def quaternion(self) -> Array:
         """(T, 4), the object's orientation, w x y z, without jumps of sign."""
         rows = Rotation.from_matrix(self.rotation).as_quat()[:, [3, 0, 1, 2]]

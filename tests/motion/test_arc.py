@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from gm_ompl.errors import InputError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.arc import INSIDE, Arc
 from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide, Tumble
 from gm_ompl.planfile.arcs import arc_of, arc_record
@@ -61,6 +62,19 @@ def test_segments_are_equal_parts(name: str) -> None:
         way = segment.end.apply(points) - segment.start.apply(points)
         np.testing.assert_allclose(arc.chords(points, 3)[j], np.linalg.norm(way, axis=1))
     np.testing.assert_array_equal(segments[-1].end.position, arc.end.position)
+
+
+@pytest.mark.parametrize("name", ARCS)
+def test_judged_from_end_to_end(name: str) -> None:
+    """Evenly, just inside the ends; between two places the segments meet; chords are their own."""
+    arc, points = dataclasses.replace(ARCS[name], ends=True), np.eye(3)  # type: ignore[type-var]
+    segments = arc.segments(3)
+    assert arc.bounds(3) == [0.0, 0.25, 0.75, 1.0]
+    assert [segment.at for segment in segments] == [INSIDE, 0.5, 1.0 - INSIDE]
+    for j, (segment, moment) in enumerate(zip(segments, arc.middles(3), strict=True)):
+        assert moment.key == segment.middle.key == arc.moment(segment.at).key
+        way = segment.end.apply(points) - segment.start.apply(points)
+        np.testing.assert_allclose(arc.chords(points, 3)[j], np.linalg.norm(way, axis=1))
 
 
 def test_chords_of_a_quarter_turn() -> None:

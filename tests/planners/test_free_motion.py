@@ -16,9 +16,11 @@ from gm_ompl.scenario.scenario import Scenario
 from tests.freed import free_path, free_plane, one_piece, small_plane
 from tests.verify.count_searches import AGREE, cost_of, gap, solve
 
+ENDS = ("cost.samples_per_arc=2", "cost.samples_at=ends")
 AGREED = (
     ("random/free/2", ("lattice.depth=3", "fingers.placements.grid=[1, 2]")),
     ("random/free-clutter/2", ("lattice.depth=2",)),
+    ("random/free/2", ("lattice.depth=3", "fingers.placements.grid=[1, 2]", *ENDS)),
 )
 """Made so small that the plain search may walk their lattices."""
 

@@ -114,6 +114,17 @@ def test_what_fails_between_the_middles_is_noted() -> None:
     assert any("not at all" in note for note in notes)
 
 
+def test_judged_at_their_ends_arcs_balance_everywhere() -> None:
+    """A box out of a corner: at its middles alone it balances just so where a turn ends."""
+    told = {}
+    for where in ("middles", "ends"):
+        plan = api.plan(api.load("free/out-of-the-corner", [f"cost.samples_at={where}"]))
+        assert api.check(plan).holds
+        told[where] = prepare(plan).timeline.notes
+    assert told["middles"]
+    assert not told["ends"]
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from gm_ompl import api
 from gm_ompl.app.main import app
 from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.disturb import disturb, probe, resisted
@@ -258,3 +259,21 @@ def test_wrong_options_are_bad_input(slide_plan: Plan, tmp_path: Path, wrong: li
     result = CliRunner().invoke(app, ["execute", str(path), *wrong])
     assert result.exit_code == 2
     assert wrong[0].strip("-") in result.output
+
+
+def test_force_alone_drives_what_nothing_else_does() -> None:
+    """Two fingers under force control push a box with just what friction takes: it keeps pace."""
+    report = execute(prepare(api.plan("random/push/5")))
+    assert report.holds, report.findings
+
+
+def test_fingers_lean_as_they_are_to_when_the_object_sets_off(slide: Setup) -> None:
+    """Wherever a fingertip has stuck, its spring has let go sideways before the first motion."""
+    player, line = slide.player(), slide.timeline
+    player.play(until=int(np.flatnonzero(line.phase == PHASES.index("move"))[0]))
+    k, here = player.instant - 1, player.physics
+    given = player.servo.forces(k, here.centres, here.velocities)
+    n = line.normal[k]
+    wanted = line.lean[k] * slide.units.force
+    beside = (given - wanted) - ((given - wanted) * n).sum(axis=1)[:, None] * n
+    assert np.abs(beside).max() <= 0.01 * slide.world.mass * slide.world.gravity
