@@ -141,7 +141,7 @@ class Arc(ABC):
     def segments(self, parts: int) -> tuple[Segment, ...]:
         """Return the arc's parts, in order."""
         cuts, looks = self.bounds(parts), self._looks(parts)
-        return tuple(Segment(self, *cuts[j : j + 2], looks[j]) for j in range(parts))
+        return tuple(Segment(self, cuts[j], cuts[j + 1], looks[j]) for j in range(parts))
 
     def middles(self, parts: int) -> tuple[Moment, ...]:
         """Return the instants at which the segments are judged."""

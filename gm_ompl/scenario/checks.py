@@ -280,8 +280,7 @@ def frictions(model: ScenarioModel) -> tuple[float, tuple[float, ...]]:
 def _expect(model: ScenarioModel) -> Iterator[Finding]:
     between = model.expect.regrasp_between
     if between is not None and not between[0] <= between[1]:
-        path = ("expect", "regrasp_between")
-        yield path, list(between), "the first must not exceed the second"
+        yield ("expect", "regrasp_between"), [*between], "the first must not exceed the second"
 
 
 CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...] = (

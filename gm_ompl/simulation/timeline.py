@@ -130,7 +130,8 @@ class Timeline:
     def settling(self) -> BoolArray:
         """(T, n), whether a finger begins to press where the object stands before it moves."""
         moved = np.logical_or.accumulate(self.phase == PHASES.index("move"))
-        return self.down & ((self.phase == PHASES.index("switch")) & ~moved)[:, None]
+        standing: BoolArray = (self.phase == PHASES.index("switch")) & ~moved
+        return self.down & standing[:, None]
 
     @cached_property
     def quaternion(self) -> Array:
