@@ -18,7 +18,15 @@ SEEDS: Final = {
 }
 """By family, the first twenty whose optimal plan has a z of at least a tenth of the weight."""
 
-SHIPPED: Final = shipped()
+UNPROVEN: Final = (
+    "free/over-there", "tasks/bookshelf", "tasks/corner-pivot", "tasks/ledge",
+    "tasks/peg-thin-fingers", "tasks/pick-card", "tasks/pick-card-soft", "tasks/step-over",
+)  # fmt: skip
+"""Shipped, but without an optimum that is known; plans for robots have counts of their own."""
+
+SHIPPED: Final = tuple(
+    name for name in shipped() if name not in UNPROVEN and not name.startswith("robot/")
+)
 RANDOM: Final = tuple(f"random/{family}/{seed}" for family in SEEDS for seed in SEEDS[family])
 NAMES: Final = (*SHIPPED, *RANDOM)
 
