@@ -31,8 +31,8 @@ FREE = 0.05
 """Time constant in which a finger in the air gives up the offset of its last contact [s]."""
 
 SETTLING = 0.05
-"""Time constant in which fingers, before the object first moves, give up what their springs pull
-sideways [s]: they lean with the balance alone then, wherever they have touched down."""
+"""Time constant in which fingers that are all force-controlled give up what their springs pull
+sideways before the object first moves [s]: nothing but what they then lean with drives it."""
 
 
 class Servo:
@@ -40,7 +40,7 @@ class Servo:
 
     While a finger is under force control, or feels for the surface, the offset along the normal
     follows it, such that the spring of position control would press just as hard: a switch changes
-    no force. While the object still stands, the offset beside the normal settles.
+    no force. Where forces alone drive the object, the offset beside the normal settles first.
 
     Args:
         timeline: what is commanded, SI units.

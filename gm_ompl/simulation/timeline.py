@@ -128,10 +128,11 @@ class Timeline:
 
     @cached_property
     def settling(self) -> BoolArray:
-        """(T, n), whether a finger begins to press where the object stands before it moves."""
+        """(T, n), whether all come under force control before the object first moves."""
         moved = np.logical_or.accumulate(self.phase == PHASES.index("move"))
         standing: BoolArray = (self.phase == PHASES.index("switch")) & ~moved
-        return self.down & standing[:, None]
+        alone = (self.force_share > 0.0).all(axis=1)
+        return self.down & (standing & alone)[:, None]
 
     @cached_property
     def quaternion(self) -> Array:

@@ -261,19 +261,25 @@ def test_wrong_options_are_bad_input(slide_plan: Plan, tmp_path: Path, wrong: li
     assert wrong[0].strip("-") in result.output
 
 
-def test_force_alone_drives_what_nothing_else_does() -> None:
-    """Two fingers under force control push a box with just what friction takes: it keeps pace."""
-    report = execute(prepare(api.plan("random/push/5")))
+@pytest.fixture(scope="module")
+def driven() -> Setup:
+    """Two fingers under force control push a box with just what friction takes."""
+    return prepare(api.plan("random/push/5"))
+
+
+def test_force_alone_drives_what_nothing_else_does(driven: Setup) -> None:
+    """The box keeps pace with the plan."""
+    report = execute(driven)
     assert report.holds, report.findings
 
 
-def test_fingers_lean_as_they_are_to_when_the_object_sets_off(slide: Setup) -> None:
+def test_forces_that_drive_are_as_asked_when_the_object_sets_off(driven: Setup) -> None:
     """Wherever a fingertip has stuck, its spring has let go sideways before the first motion."""
-    player, line = slide.player(), slide.timeline
+    player, line = driven.player(), driven.timeline
     player.play(until=int(np.flatnonzero(line.phase == PHASES.index("move"))[0]))
     k, here = player.instant - 1, player.physics
     given = player.servo.forces(k, here.centres, here.velocities)
     n = line.normal[k]
-    wanted = line.lean[k] * slide.units.force
+    wanted = line.lean[k] * driven.units.force
     beside = (given - wanted) - ((given - wanted) * n).sum(axis=1)[:, None] * n
-    assert np.abs(beside).max() <= 0.01 * slide.world.mass * slide.world.gravity
+    assert np.abs(beside).max() <= 0.01 * driven.world.mass * driven.world.gravity
