@@ -25,7 +25,7 @@ from gm_ompl.scenario.free import make_free
 from gm_ompl.scenario.hand import make_fingers
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel, TurnedObstacle
-from gm_ompl.scenario.motions import make_motion, rotation_matrix
+from gm_ompl.scenario.motions import Moving, make_motion, rotation_matrix
 from gm_ompl.scenario.robot_hand import check_hand, make_hand, with_found_files
 from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
@@ -73,13 +73,12 @@ def build(model: ScenarioModel, document: Document) -> Built:
     environment = _environment(model, obstacles)
     _check_thickness(body, environment, notes)
     ground = Ground(body, environment, inertia / model.object.mass, model.gravity, document)
-    moving = (make_motion if model.motion.free is None else make_free)(model, ground, notes)
+    moving = _moving(model, ground, notes)
     fingers = make_fingers(model, body, notes)
     hand = make_hand(model.hand, model.fingers.count, notes)
     notes.stop()
     assert moving is not None
     assert fingers is not None
-    moving.motion.ends = model.cost.samples_at == "ends"
     lattice = _lattice(model, moving.motion, fingers, notes)
     problem = Problem(
         name=model.name,
@@ -111,6 +110,14 @@ def _check(problem: Problem, notes: Notes) -> None:
     notes.stop()
     check_hand(problem, notes)
     notes.stop()
+
+
+def _moving(model: ScenarioModel, ground: Ground, notes: Notes) -> Moving | None:
+    """Return the motion, or None after noting what is wrong with it."""
+    moving = (make_motion if model.motion.free is None else make_free)(model, ground, notes)
+    if moving is not None:
+        moving.motion.ends = model.cost.samples_at == "ends"
+    return moving
 
 
 def _uncertainty(model: ScenarioModel, body: Body, fingers: Fingers, notes: Notes) -> Uncertainty:
