@@ -105,6 +105,12 @@ class Judge:
         self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
         self._environments = Memo[Hashable, int](each)
 
+    def of_hand(self, problem: Problem) -> Judge:
+        """Return a judge of a problem that differs from this one's in the hand alone."""
+        other = Judge(problem, self.backend)
+        other._touching = self._touching
+        return other
+
     def least_distances(self) -> Array:
         """Return how far the centres of any two fingertips must be apart (n, n)."""
         return np.array(

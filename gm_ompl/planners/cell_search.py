@@ -36,6 +36,9 @@ LOOKS: Final = 1
 RISEN: Final = 1e-3
 """A key that has risen by this, relatively, is not divided before it comes first again."""
 
+GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
+"""Multiples of it, less whole numbers, lie evenly."""
+
 FIRST_DIVE: Final = 64
 """Products after which one is followed down to single placements."""
 
@@ -200,6 +203,8 @@ class CellSearch:
         if exact and looks == 0:
             self._finish(product, steps, now)
             return
+        if not exact and holds:
+            holds = self._glance(product, steps)
         risen = self._renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
@@ -232,6 +237,18 @@ class CellSearch:
             if not holds:
                 return False, looks
         return True, looks
+
+    def _glance(self, product: Product, steps: IntArray) -> bool:
+        """Look at another segment of a way, each time elsewhere; whether it may hold.
+
+        Cuts tell little of how weak segments are at which nothing was looked at for long.
+        """
+        graph, P = self._graph, self._graph.cells.tables.states.shape[1]
+        i, part = divmod(int(self.expanded * GOLDEN % 1.0 * len(steps) * P), P)
+        m, arc, _ = steps[i].tolist()
+        if arc == REGRASP or graph.lanes.looked[product.legs[m], graph.cells.tables.kind[arc], part]:
+            return True
+        return graph.look(int(product.legs[m]), arc, part)
 
     def _divide(self, product: Product) -> None:
         """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
