@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import numbers
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
@@ -93,6 +94,9 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     try:
         judging = judge_of(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
+        if result.fingers is not None:
+            problem = dataclasses.replace(problem, fingers=result.fingers)
+            judging = judge_of(priced(problem))
         result, steady = settled(searcher, judging, result, asked, rng)
         if judging.hand is not None:
             from gm_ompl.planners.joints import jointed  # loads OMPL

@@ -105,9 +105,9 @@ class Judge:
         self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
         self._environments = Memo[Hashable, int](each)
 
-    def of_hand(self, problem: Problem) -> Judge:
+    def of_hand(self, problem: Problem, backend: Backend) -> Judge:
         """Return a judge of a problem that differs from this one's in the hand alone."""
-        other = Judge(problem, self.backend)
+        other = Judge(problem, backend)
         other._touching = self._touching
         return other
 

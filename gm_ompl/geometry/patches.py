@@ -14,6 +14,21 @@ from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import INSIDE, Face, PlacementTable, named_faces, owners, usable
 
 
+@dataclass(frozen=True)
+class Anywhere:
+    """That fingers may be placed anywhere on faces, not on a grid's points alone.
+
+    Attributes:
+        faces: names of the faces.
+        margin: least distance from a face's rim.
+        gap: by how much a plan may be dearer than any other, relatively, to count as optimal.
+    """
+
+    faces: tuple[str, ...]
+    margin: float
+    gap: float
+
+
 @dataclass(frozen=True, eq=False)
 class Patch:
     """The part of a face where fingers may be placed: at least ``margin`` from its rim.
@@ -92,6 +107,23 @@ def patches(body: Body, faces: Literal["all"] | Sequence[str], margin: float) ->
             inner = Rectangle(around.centre, around.axes, half)
             found.append(Patch(number, inner, margin, body, face))
     return tuple(found)
+
+
+def loose(
+    found: Sequence[Patch], which: Sequence[int], points: Array, labels: tuple[str, ...]
+) -> PlacementTable:
+    """Return placements on no grid: points (k, 3), each on one of the patches."""
+    spots = [points[i : i + 1] for i in range(len(points))]
+    here = [found[f] for f in which]
+    piece = [patch.owners(spot)[0] for patch, spot in zip(here, spots, strict=True)]
+    return PlacementTable(
+        points=points,
+        normals=np.array([patch.normal for patch in here]).reshape(-1, 3),
+        face=np.array([patch.number for patch in here], dtype=np.int64),
+        cell=np.full((len(points), 2), -1),
+        piece=np.array(piece, dtype=np.int64),
+        labels=labels,
+    )
 
 
 def frames(found: Sequence[Patch], labels: tuple[str, ...]) -> PlacementTable:

@@ -23,7 +23,7 @@ class PlacementTable:
         points: (P, 3), the contact point on the surface.
         normals: (P, 3), unit, pointing into the object.
         face: (P,), index into ``labels``.
-        cell: (P, 2), the grid cell on that face.
+        cell: (P, 2), the grid cell on that face; (-1, -1) where the placement is on no grid.
         piece: (P,), the convex piece of the body that the face belongs to.
         labels: the faces' names ("+x", ... for a box, "0", "1", ... for a hull).
     """
@@ -52,12 +52,33 @@ class PlacementTable:
 
     def find(self, label: str, cell: Sequence[int]) -> int | None:
         """Return the placement on face ``label`` at ``cell``, or None if there is none."""
-        if label not in self.labels:
+        if label not in self.labels or min(cell) < 0:
             return None
         hits = np.flatnonzero(
             (self.face == self.labels.index(label)) & (self.cell == np.asarray(cell)).all(axis=1)
         )
         return int(hits[0]) if len(hits) else None
+
+    def find_point(self, label: str, point: Sequence[float]) -> int | None:
+        """Return the placement on face ``label`` at a point that is on no grid, or None."""
+        if label not in self.labels:
+            return None
+        loose = (self.face == self.labels.index(label)) & (self.cell < 0).all(axis=1)
+        hits = np.flatnonzero(loose & (self.points == np.asarray(point)).all(axis=1))
+        return int(hits[0]) if len(hits) else None
+
+    def joined(self, other: PlacementTable) -> PlacementTable:
+        """Return these placements, and behind them those of another table of the same body."""
+        parts = ("points", "normals", "face", "cell", "piece")
+        return PlacementTable(
+            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in parts),
+            labels=self.labels,
+        )
+
+    def at(self, rows: Sequence[int]) -> PlacementTable:
+        """Return some of the placements, in this order."""
+        parts, chosen = ("points", "normals", "face", "cell", "piece"), list(rows)
+        return PlacementTable(*(getattr(self, name)[chosen] for name in parts), labels=self.labels)
 
 
 INSIDE = 1e-9

@@ -171,7 +171,9 @@ class FaceCells:
             labels=hand.placements.labels,
         )
         standing = dataclasses.replace(hand, placements=table, radius=small)
-        judge = self._judge.of_hand(dataclasses.replace(problem, fingers=standing))
+        judge = self._judge.of_hand(
+            dataclasses.replace(problem, fingers=standing), self._judge.backend
+        )
         node_free, free = self._table.tested(judge)
         for i in np.flatnonzero(hand.radius - arm < small):
             node_free[i], free[i] = self._passable

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import Final, final
+import sys
+from typing import Final, Protocol, final
 
 import numpy as np
 
@@ -46,6 +47,23 @@ DEEP: Final = 4
 """A dive takes no more than one in so many products."""
 
 
+class Sample(Protocol):
+    """Finds plans for placements in cells without end.
+
+    Attributes:
+        cost: of the best plan, or +inf.
+        enough: a lower bound that proves it good enough.
+    """
+
+    cost: float
+
+    @property
+    def enough(self) -> float: ...
+
+    def look_in(self, graph: CellGraph, product: Product, expanded: int) -> float:
+        """Look for a plan in a product, now and then; return ``enough``."""
+
+
 @final
 class CellSearch:
     """One search; ``run`` may be called once.
@@ -57,6 +75,7 @@ class CellSearch:
         log: told of the progress; its budget is spent.
         trace: told of every product.
         beyond: a lower bound on plans that leave the part of the object graph that was explored.
+        sample: finds plans, where cells have no end; its plans are no paths of this search.
 
     Attributes:
         expanded: products taken from the front of the open list.
@@ -67,10 +86,10 @@ class CellSearch:
 
     def __init__(
         self, problem: Problem, judge: Judge, graph: CellGraph, log: Log,
-        trace: Trace | None = None, beyond: float = math.inf,
+        trace: Trace | None = None, beyond: float = math.inf, sample: Sample | None = None,
     ) -> None:  # fmt: skip
         self._graph, self._products = graph, Products(problem.fingers, graph)
-        self._log, self._trace, self._beyond = log, trace, beyond
+        self._log, self._trace, self._beyond, self._sample = log, trace, beyond, sample
         self._air = CellAir(problem, judge, graph)
         self._open: list[tuple[float, int, int, float, Product]] = []
         self._next: tuple[float, Product] | None = None  # followed down
@@ -82,6 +101,8 @@ class CellSearch:
         self._lift: Array = np.empty((0, 0))
         self.expanded = self.generated = 0
         self.bound, self.cost, self.given_up = 0.0, math.inf, False
+        if sample is not None:  # it finds plans, and sooner than dives
+            self._dive_at, self.cost = sys.maxsize, sample.enough
 
     def run(self) -> Status:
         """Search until a plan is proven optimal, or no budget is left, or it gives up."""
@@ -209,6 +230,8 @@ class CellSearch:
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
         elif risen < self.cost * (1.0 - SAME):
+            if self._sample is not None:
+                self.cost = self._sample.look_in(self._graph, product, self.expanded)
             self._divide(product)
 
     def _steps(self, product: Product) -> IntArray:
@@ -300,4 +323,5 @@ class CellSearch:
             self._trace(Expansion(q, placements, 0.0, f, why))
 
     def _event(self) -> None:
-        self._log.event(self.cost, min(self.bound, self._beyond), self.expanded, len(self._open))
+        cost = self.cost if self._sample is None else self._sample.cost
+        self._log.event(cost, min(self.bound, self._beyond), self.expanded, len(self._open))

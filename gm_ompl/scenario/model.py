@@ -26,6 +26,7 @@ from gm_ompl.scenario.fields import (
     Positive,
     RotationModel,
     Shape,
+    Share,
     Strict,
     Text,
     Vector,
@@ -76,6 +77,13 @@ class Placed(Strict):
 Hand: TypeAlias = WordOr[Literal["any"], tuple[WordOr[Literal["any"], Placed], ...]]
 
 
+class ContinuousModel(Strict):
+    """Placements anywhere on the faces."""
+
+    margin: NotNegative = said("least distance from a face's rim")
+    gap: Share = said("a plan so near the best of all, for example 0.1%, ends the search", 0.001)
+
+
 class PlacementsModel(Strict):
     """The grid of placements on the object's faces."""
 
@@ -90,6 +98,7 @@ class PlacementsModel(Strict):
         default=None,
         description="faces with less than this part of the surface get no placements",
     )
+    continuous: ContinuousModel | None = said("fingers anywhere, not on the grid alone", None)
 
 
 class FingersModel(Strict):
