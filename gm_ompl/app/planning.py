@@ -240,7 +240,7 @@ def _describe(steps: list[Step]) -> Iterator[str]:
         old, new = first.from_, first.to
         yield (
             f"  {f'at {_numbers(first.at)}: ' if first.at else ''}finger {first.finger} moves from "
-            f"{old.face} {list(old.cell)} to {new.face} {list(new.cell)}"
+            f"{old.words} to {new.words}"
         )
     elif isinstance(last, DisplacementStep):
         segments = [
@@ -249,7 +249,7 @@ def _describe(steps: list[Step]) -> Iterator[str]:
         fingers = []
         for i, place in enumerate(first.placements):
             modes = "/".join(sorted({segment.modes[i] for segment in segments}))
-            fingers.append(f"{place.face} {list(place.cell)} {modes}-controlled")
+            fingers.append(f"{place.words} {modes}-controlled")
         least = min(segment.z for segment in segments)
         start, end = (
             _numbers(q or pose.position)

@@ -69,16 +69,22 @@ class PlacementTable:
 
     def joined(self, other: PlacementTable) -> PlacementTable:
         """Return these placements, and behind them those of another table of the same body."""
-        parts = ("points", "normals", "face", "cell", "piece")
         return PlacementTable(
-            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in parts),
-            labels=self.labels,
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.normals, other.normals]),
+            np.concatenate([self.face, other.face]),
+            np.concatenate([self.cell, other.cell]),
+            np.concatenate([self.piece, other.piece]),
+            self.labels,
         )
 
     def at(self, rows: Sequence[int]) -> PlacementTable:
         """Return some of the placements, in this order."""
-        parts, chosen = ("points", "normals", "face", "cell", "piece"), list(rows)
-        return PlacementTable(*(getattr(self, name)[chosen] for name in parts), labels=self.labels)
+        some = np.array(rows, dtype=np.int64)
+        return PlacementTable(
+            self.points[some], self.normals[some], self.face[some], self.cell[some],
+            self.piece[some], self.labels,
+        )  # fmt: skip
 
 
 INSIDE = 1e-9

@@ -121,15 +121,16 @@ class FaceCells:
 
     def places(self, cell: int) -> Array:
         """Return a cell's middle and corners (k, 3), its middle alone where it is one point."""
-        sides, patch = self.boxes.sides[cell], self._patches[self.boxes.faces[cell]]
+        sides, patch = self.boxes.sides[cell], self.patch(cell)
         if not sides[2:].any():
             return patch.points(sides[None, :2])
         ends = np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]])
-        return patch.points(sides[:2] + ends * sides[2:])
+        corners: Array = sides[:2] + ends * sides[2:]
+        return patch.points(corners)
 
     def patch(self, cell: int) -> Patch:
         """Return the patch that a cell is on."""
-        return self._patches[self.boxes.faces[cell]]
+        return self._patches[int(self.boxes.faces[cell])]
 
     def _root(self, face: int, sides: Array) -> int:
         free, node_free = self._tested(face, sides[None])
@@ -277,4 +278,5 @@ def _least(squares: Array, sides: Array) -> Array:
     take(np.where(inside, u, p), np.where(inside, v, r))
     far = max(abs(p) + wide, abs(r) + high)
     size = np.abs(squares) @ np.array([1.0, far, far, far**2, far**2, far**2])
-    return np.sqrt(np.maximum(least - SQUARES * size, 0.0))
+    root: Array = np.sqrt(np.maximum(least - SQUARES * size, 0.0))
+    return root

@@ -15,12 +15,10 @@ from typing import Final, TypeAlias, final
 
 import numpy as np
 
-from gm_ompl import limits
-from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.geometry.patches import Patch, frames, loose, patches
+from gm_ompl.geometry.patches import frames, loose, patches
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.cell_products import Product
@@ -90,9 +88,7 @@ def _searched(
     """Find a first plan; bound all plans by cells."""
     hand = problem.fingers
     frame = frames(found.patches, hand.placements.labels)
-    framed = dataclasses.replace(
-        problem, fingers=dataclasses.replace(hand, placements=frame)
-    )
+    framed = dataclasses.replace(problem, fingers=dataclasses.replace(hand, placements=frame))
     backend = KernelBackend(framed)
     bare = judge.of_hand(framed, backend)
     found.begin()
@@ -164,9 +160,8 @@ class PointPlans:
         reach = 0.25
         while self.cost < math.inf and reach >= NEAREST and not self._log.meter.spent():
             before = self.cost
-            if not self._look_at(self._around(reach)):
-                reach /= 2.0
-            elif before - self.cost < 0.1 * self._where.gap * before:
+            little = 0.1 * self._where.gap * before
+            if not self._look_at(self._around(reach)) or before - self.cost < little:
                 reach /= 2.0
 
     def _around(self, reach: float) -> list[Spot]:

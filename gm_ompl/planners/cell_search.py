@@ -11,18 +11,19 @@ from __future__ import annotations
 import heapq
 import math
 import sys
-from typing import Final, Protocol, final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go, weakest
+from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go
 from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.cell_products import Product, Products
 from gm_ompl.holds.extraction import Leg
 from gm_ompl.planners.cell_air import CellAir
+from gm_ompl.planners.cell_looks import Sample, doubt, glance
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
 from gm_ompl.planners.trace import Expansion, Trace
@@ -37,31 +38,11 @@ LOOKS: Final = 1
 RISEN: Final = 1e-3
 """A key that has risen by this, relatively, is not divided before it comes first again."""
 
-GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
-"""Multiples of it, less whole numbers, lie evenly."""
-
 FIRST_DIVE: Final = 64
 """Products after which one is followed down to single placements."""
 
 DEEP: Final = 4
 """A dive takes no more than one in so many products."""
-
-
-class Sample(Protocol):
-    """Finds plans for placements in cells without end.
-
-    Attributes:
-        cost: of the best plan, or +inf.
-        enough: a lower bound that proves it good enough.
-    """
-
-    cost: float
-
-    @property
-    def enough(self) -> float: ...
-
-    def look_in(self, graph: CellGraph, product: Product, expanded: int) -> float:
-        """Look for a plan in a product, now and then; return ``enough``."""
 
 
 @final
@@ -101,6 +82,7 @@ class CellSearch:
         self._lift: Array = np.empty((0, 0))
         self.expanded = self.generated = 0
         self.bound, self.cost, self.given_up = 0.0, math.inf, False
+        self._dropped = math.inf
         if sample is not None:  # it finds plans, and sooner than dives
             self._dive_at, self.cost = sys.maxsize, sample.enough
 
@@ -125,6 +107,8 @@ class CellSearch:
             f = min(front, self._unlisted())
             self.bound = max(self.bound, min(f, self.cost))
             if f >= self.cost * (1.0 - SAME):
+                if self._sample is not None:
+                    self.bound = max(self.bound, min(f, self._dropped))
                 return Status.INFEASIBLE if self._best is None else Status.SOLVED
             if front >= self.cost * (1.0 - SAME):
                 self.given_up = True
@@ -160,13 +144,20 @@ class CellSearch:
 
     def _wait(self, f: float, product: Product) -> None:
         """Let a product wait: of nearly equal keys the one divided most comes first."""
+        self._set_aside(f)
         if f < self.cost * (1.0 - SAME):
             self.generated += 1
             key = float(f"{f:.9g}")
             heapq.heappush(self._open, (key, -product.depth, self.generated, f, product))
 
+    def _set_aside(self, f: float) -> None:
+        """Take note of what is dropped because the best plan is good enough beside it."""
+        if f >= self.cost * (1.0 - SAME):
+            self._dropped = min(self._dropped, f)
+
     def _put_back(self, f: float, product: Product) -> None:
         """Let a product that was treated wait; in a dive it is treated again at once."""
+        self._set_aside(f)
         if self.expanded >= self._dive_ends:
             self._wait(f, product)
         elif f < self.cost * (1.0 - SAME):
@@ -219,13 +210,13 @@ class CellSearch:
             return
         steps = self._steps(product)
         exact = all(self._graph.cells.row(cell) >= 0 for cell in product.cells)
-        holds, looks = self._doubt(product, steps, math.inf if exact else LOOKS)
+        holds, looks = doubt(self._graph, product, steps, math.inf if exact else LOOKS)
         self._tell(product, f, exact)
         if exact and looks == 0:
             self._finish(product, steps, now)
             return
         if not exact and holds:
-            holds = self._glance(product, steps)
+            holds = glance(self._graph, product, steps, self.expanded)
         risen = self._renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
@@ -242,42 +233,12 @@ class CellSearch:
         count = follow(graph.start, product.legs, graph.lanes, tables, self._D, self._lift, steps)
         return steps[:count]
 
-    def _doubt(self, product: Product, steps: IntArray, most: float) -> tuple[bool, int]:
-        """Look at where a way may hold least; return whether it may hold, and the looks."""
-        graph, looks = self._graph, 0
-        legs, rests = product.legs, product.rests
-        while looks < most:
-            lanes, resting, tables = graph.lanes, graph.resting, graph.cells.tables
-            i, part = weakest(steps, legs, rests, lanes, resting, tables)
-            if i < 0:
-                break
-            looks += 1
-            m, arc, node = steps[i].tolist()
-            if arc == REGRASP:
-                holds = graph.look_at_rest(int(rests[m]), node)
-            else:
-                holds = graph.look(int(legs[m]), arc, part)
-            if not holds:
-                return False, looks
-        return True, looks
-
-    def _glance(self, product: Product, steps: IntArray) -> bool:
-        """Look at another segment of a way, each time elsewhere; whether it may hold.
-
-        Cuts tell little of how weak segments are at which nothing was looked at for long.
-        """
-        graph, P = self._graph, self._graph.cells.tables.states.shape[1]
-        i, part = divmod(int(self.expanded * GOLDEN % 1.0 * len(steps) * P), P)
-        m, arc, _ = steps[i].tolist()
-        if arc == REGRASP or graph.lanes.looked[product.legs[m], graph.cells.tables.kind[arc], part]:
-            return True
-        return graph.look(int(product.legs[m]), arc, part)
-
     def _divide(self, product: Product) -> None:
         """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
         dives, parts = self.expanded < self._dive_ends, list[tuple[float, float, Product]]()
         for part in self._products.divided(product):
             key = self._key(part)
+            self._set_aside(key)
             if key < self.cost * (1.0 - SAME):
                 parts.append((self._margin(part) if dives else 0.0, key, part))
         parts.sort(key=lambda each: (-each[0], each[1]))

@@ -182,7 +182,7 @@ class LatticePlanner(Planner):
                 raise InputError(
                     "fingers.placements.continuous needs astar's heuristic lanes, its default"
                 )
-            return bounded(judge, lambda: solve_anywhere(problem, judge, budget.start(), report))
+            return solve_anywhere(problem, judge, budget.start(), report)
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
         make: MakeHeuristic = lambda judge, goals, _: TravelHeuristic(judge, goals)  # noqa: E731

@@ -17,8 +17,9 @@ from gm_ompl.scenario.anywhere_checks import anywhere_findings
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import BoxModel, MeshUse, per_finger
 from gm_ompl.scenario.free_checks import free_findings, free_lattice_findings
-from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+from gm_ompl.scenario.placements import Placed
 from gm_ompl.scenario.uncertain import FLOOR, uncertainty_findings
 
 MOST = 1e15

@@ -13,7 +13,8 @@ from gm_ompl.problem import Fingers
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import Notes
-from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel
+from gm_ompl.scenario.placements import Placed
 from gm_ompl.scenario.shapes import is_mesh
 
 MAX_PLACEMENTS = 200_000
