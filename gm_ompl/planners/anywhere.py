@@ -39,14 +39,18 @@ ON_GRID: Final = 500
 ON_POINTS: Final = 60
 """Likewise on a few points."""
 
-NEAREST: Final = 1e-5
-"""How near the best plan's placements others are looked at, in half sizes of the face."""
+NEAREST: Final = 0.02
+"""How near the best plan's placements others are looked at, in half sizes of the face: this much
+of the gap."""
 
 FIRST_LOOK: Final = 32
 """Products after which one is looked into first."""
 
 RARELY: Final = 4
 """Then after one more in so many."""
+
+TURNS: Final = 8
+"""What is followed down is looked into each time it was divided so often."""
 
 BETTER: Final = 1e-9
 """A plan is better if it is cheaper by this, relatively."""
@@ -89,7 +93,7 @@ def _searched(
     hand = problem.fingers
     frame = frames(found.patches, hand.placements.labels)
     framed = dataclasses.replace(problem, fingers=dataclasses.replace(hand, placements=frame))
-    backend = KernelBackend(framed)
+    backend = found.backend.of_hand(framed)
     bare = judge.of_hand(framed, backend)
     found.begin()
     graph = CellGraph(
@@ -117,6 +121,7 @@ class PointPlans:
         patches: where fingers may be placed.
         cost: of the best plan, or +inf.
         decisions: mode decisions made.
+        backend: the problem's.
     """
 
     def __init__(self, problem: Problem, judge: Judge, log: Log) -> None:
@@ -125,6 +130,8 @@ class PointPlans:
         self._problem, self._judge, self._log, self._where = problem, judge, log, where
         self.patches = patches(problem.body, where.faces, where.margin)
         self.cost, self.decisions = math.inf, 0
+        assert isinstance(judge.backend, KernelBackend), "the scenario asks for it"
+        self.backend = judge.backend
         self._moves: tuple[Move, ...] = ()
         self._table = problem.fingers.placements
         self._due = FIRST_LOOK
@@ -140,10 +147,14 @@ class PointPlans:
         self._refine()
         self._log.event(self.cost, 0.0, 0, 0)
 
-    def look_in(self, graph: CellGraph, product: Product, expanded: int) -> float:
-        """Look for a plan in a product, now and then; return ``enough``."""
-        if expanded >= self._due:
+    def look_in(
+        self, graph: CellGraph, product: Product, expanded: int, turn: int | None
+    ) -> float:
+        """Look for a plan in a product, now and then; return ``enough``. See ``Sample``."""
+        if turn is None and expanded >= self._due:
             self._due = expanded + max(FIRST_LOOK, expanded // RARELY)
+            turn = 0
+        if turn is not None and turn % TURNS == 0:
             cells = graph.cells
             assert isinstance(cells, FaceCells), "made for these cells"
             spots = [
@@ -158,7 +169,7 @@ class PointPlans:
     def _refine(self) -> None:
         """Look around the best plan's placements, ever nearer."""
         reach = 0.25
-        while self.cost < math.inf and reach >= NEAREST and not self._log.meter.spent():
+        while self.cost < math.inf and reach >= NEAREST * self._where.gap and not self._log.meter.spent():
             before = self.cost
             little = 0.1 * self._where.gap * before
             if not self._look_at(self._around(reach)) or before - self.cost < little:
@@ -204,7 +215,7 @@ class PointPlans:
         )
         placed = dataclasses.replace(hand, placements=table, start=start, goal=goal)
         problem = dataclasses.replace(self._problem, fingers=placed)
-        judge = self._judge.of_hand(problem, KernelBackend(problem))
+        judge = self._judge.of_hand(problem, self.backend.of_hand(problem))
         return self._take(problem, judge, ON_POINTS)
 
     def _offers(self, spot: Spot) -> bool:

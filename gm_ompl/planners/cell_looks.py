@@ -27,8 +27,17 @@ class Sample(Protocol):
     def enough(self) -> float:
         """A lower bound that proves the best plan good enough."""
 
-    def look_in(self, graph: CellGraph, product: Product, expanded: int) -> float:
-        """Look for a plan in a product, now and then; return ``enough``."""
+    def look_in(
+        self, graph: CellGraph, product: Product, expanded: int, turn: int | None
+    ) -> float:
+        """Look for a plan in a product, now and then; return ``enough``.
+
+        Args:
+            graph: the lanes of cells.
+            product: where to look.
+            expanded: products taken from the front so far.
+            turn: how often a product that is followed down was divided; None for another.
+        """
 
 
 def doubt(graph: CellGraph, product: Product, steps: IntArray, most: float) -> tuple[bool, int]:

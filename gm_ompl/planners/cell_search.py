@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import heapq
 import math
-import sys
 from typing import Final, final
 
 import numpy as np
@@ -83,8 +82,8 @@ class CellSearch:
         self.expanded = self.generated = 0
         self.bound, self.cost, self.given_up = 0.0, math.inf, False
         self._dropped = math.inf
-        if sample is not None:  # it finds plans, and sooner than dives
-            self._dive_at, self.cost = sys.maxsize, sample.enough
+        if sample is not None:
+            self.cost = sample.enough
 
     def run(self) -> Status:
         """Search until a plan is proven optimal, or no budget is left, or it gives up."""
@@ -222,7 +221,7 @@ class CellSearch:
             self._put_back(risen, product)
         elif risen < self.cost * (1.0 - SAME):
             if self._sample is not None:
-                self.cost = self._sample.look_in(self._graph, product, self.expanded)
+                self._look_in(self._sample, product)
             self._divide(product)
 
     def _steps(self, product: Product) -> IntArray:
@@ -232,6 +231,13 @@ class CellSearch:
         tables = graph.cells.tables
         count = follow(graph.start, product.legs, graph.lanes, tables, self._D, self._lift, steps)
         return steps[:count]
+
+    def _look_in(self, sample: Sample, product: Product) -> None:
+        """Let plans be looked for in a product, now and then; a better one ends a dive."""
+        turn = product.depth if self.expanded < self._dive_ends else None
+        enough = sample.look_in(self._graph, product, self.expanded, turn)
+        if enough < self.cost:
+            self.cost, self._dive_ends = enough, 0
 
     def _divide(self, product: Product) -> None:
         """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
