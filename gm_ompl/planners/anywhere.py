@@ -147,9 +147,7 @@ class PointPlans:
         self._refine()
         self._log.event(self.cost, 0.0, 0, 0)
 
-    def look_in(
-        self, graph: CellGraph, product: Product, expanded: int, turn: int | None
-    ) -> float:
+    def look_in(self, graph: CellGraph, product: Product, expanded: int, turn: int | None) -> float:
         """Look for a plan in a product, now and then; return ``enough``. See ``Sample``."""
         if turn is None and expanded >= self._due:
             self._due = expanded + max(FIRST_LOOK, expanded // RARELY)
@@ -169,7 +167,11 @@ class PointPlans:
     def _refine(self) -> None:
         """Look around the best plan's placements, ever nearer."""
         reach = 0.25
-        while self.cost < math.inf and reach >= NEAREST * self._where.gap and not self._log.meter.spent():
+        while (
+            self.cost < math.inf
+            and reach >= NEAREST * self._where.gap
+            and not self._log.meter.spent()
+        ):
             before = self.cost
             little = 0.1 * self._where.gap * before
             if not self._look_at(self._around(reach)) or before - self.cost < little:

@@ -27,9 +27,7 @@ class Sample(Protocol):
     def enough(self) -> float:
         """A lower bound that proves the best plan good enough."""
 
-    def look_in(
-        self, graph: CellGraph, product: Product, expanded: int, turn: int | None
-    ) -> float:
+    def look_in(self, graph: CellGraph, product: Product, expanded: int, turn: int | None) -> float:
         """Look for a plan in a product, now and then; return ``enough``.
 
         Args:

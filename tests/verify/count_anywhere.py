@@ -48,7 +48,9 @@ def anywhere_on_shapes(instance: int) -> Result:
     for key in ("start", "goal"):
         tree["fingers"][key] = "any"
     diagonal = load(tree).problem.body.diagonal
-    return judged(f"shape {kind} {scale:.3f}", tree, float(f"{0.02 * diagonal:.3g}"), 0.05, instance)
+    return judged(
+        f"shape {kind} {scale:.3f}", tree, float(f"{0.02 * diagonal:.3g}"), 0.05, instance
+    )
 
 
 def judged(name: str, tree: dict[str, Any], margin: float, gap: float, seed: int) -> Result:
