@@ -1,7 +1,6 @@
 """What a scenario's values must satisfy together, beyond each value's own kind.
 
-A check names the top-level sections it reads, so that it also runs where other sections are
-wrong: the user sees all mistakes at once.
+A check names the sections it reads: where others are wrong, all mistakes are seen at once.
 """
 
 from __future__ import annotations
@@ -35,8 +34,7 @@ MOST_FRICTION = 1e4
 """The flattest cone: its edges are within 0.01 deg of the surface."""
 
 MOST_WEIGHTS = 1e5
-"""The strongest finger, in weights of the object: beyond, the tolerances of the mechanics, which
-count in weights, no longer tell its forces from nothing."""
+"""The strongest finger, in weights of the object: tolerances count in these."""
 
 BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
