@@ -46,5 +46,5 @@ class Kinematics(ABC):
 
 
 def regrasp_in_words(step: RegraspStep) -> str:
-    """Return "finger 1 to +x [0, 2]"."""
-    return f"finger {step.finger} to {step.to.words}"
+    """Return "finger 1 to +x:[0, 2]"."""
+    return f"finger {step.finger} to {step.to.words.replace(' ', ':', 1)}"
