@@ -20,6 +20,9 @@ from gm_ompl.mechanics.cell_cuts import CellBoxes
 LITTER: Final = 6
 """Geometry is tested for all cells at once that so many halvings make of one."""
 
+SMALLEST: Final = 1e-8
+"""Cells whose sides are shorter than this, over D, are halved no more."""
+
 SQUARES: Final = 1e-13
 """By this much of their coefficients squares of lengths give way: rounding."""
 
@@ -98,8 +101,9 @@ class FaceCells:
         return -1
 
     def width(self, cell: int) -> float:
-        """Return the length of a cell's longer side; 0 of a single placement."""
-        return 2.0 * float(self.boxes.sides[cell, 2:].max())
+        """Return the length of a cell's longer side; 0 of one that is halved no more."""
+        width = 2.0 * float(self.boxes.sides[cell, 2:].max())
+        return width if width > SMALLEST * self._judge.problem.body.diagonal else 0.0
 
     def halves(self, cell: int) -> tuple[int, int]:
         """Return the two cells that a cell falls into."""

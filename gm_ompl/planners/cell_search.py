@@ -219,10 +219,15 @@ class CellSearch:
         risen = self._renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
-        elif risen < self.cost * (1.0 - SAME):
+        elif risen >= self.cost * (1.0 - SAME):
+            self._set_aside(risen)
+        else:
             if self._sample is not None:
                 self._look_in(self._sample, product)
-            self._divide(product)
+            if self._products.divides(product):
+                self._divide(product)
+            else:  # it bounds no better than this
+                self._dropped = min(self._dropped, risen)
 
     def _steps(self, product: Product) -> IntArray:
         """Return the cheapest way of the product whose key was asked last, see ``follow``."""
@@ -235,6 +240,7 @@ class CellSearch:
     def _look_in(self, sample: Sample, product: Product) -> None:
         """Let plans be looked for in a product, now and then; a better one ends a dive."""
         turn = product.depth if self.expanded < self._dive_ends else None
+        turn = turn if self._products.divides(product) else 0
         enough = sample.look_in(self._graph, product, self.expanded, turn)
         if enough < self.cost:
             self.cost, self._dive_ends = enough, 0

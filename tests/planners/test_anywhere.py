@@ -62,6 +62,17 @@ def test_given_placements_and_regrasps() -> None:
     assert gm_ompl.check(plan).holds
 
 
+def test_hands_that_are_given_whole() -> None:
+    """Where every finger starts at a given placement and no regrasp pays, nothing is halved."""
+    start = [{"face": "-x", "cell": [3, 3]}, {"face": "+z", "cell": [3, 3]}]
+    plan = gm_ompl.plan(loosened("paper/slide", "0.1%", {"fingers.start": start}))
+    grid = gm_ompl.plan(load("paper/slide", {"fingers.start": start}))
+    assert plan.cost == pytest.approx(grid.cost, rel=1e-9)
+    assert plan.lower_bound is not None
+    assert grid.cost is not None
+    assert plan.lower_bound <= grid.cost * (1.0 + 1e-9)
+
+
 def test_a_spent_budget_leaves_plan_and_bound() -> None:
     """After few products the best plan and a bound are known, and more products prove more."""
     before = 0.0

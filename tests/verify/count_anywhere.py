@@ -22,6 +22,8 @@ from tests.cylinders import cylinder
 from tests.verify.counting import Result, count
 
 EQUAL = 1e-9
+PRODUCTS = 600
+"""Products per plan; where they do not suffice for the gap, the bound is judged all the same."""
 SHAPES = ("paper/slide", "paper/tumble", "paper/regrasp", "shapes/hexagon", "shapes/l-bracket")
 
 
@@ -57,14 +59,15 @@ def judged(name: str, tree: dict[str, Any], margin: float, gap: float, seed: int
     """Plan anywhere on the faces; compare the bound with plans at placements on the faces."""
     tree["fingers"]["placements"].pop("margin", None)
     loosened = _with(tree, {"continuous": {"margin": margin, "gap": gap}})
-    plan = gm_ompl.plan(loosened, max_iterations=3000)
+    plan = gm_ompl.plan(loosened, max_iterations=PRODUCTS)
     bound = math.inf if plan.status == "infeasible" else plan.lower_bound or 0.0
-    others = [_on_grid(tree, margin, times) for times in (1, 3, 9)]
-    others += [_at_random(loosened.problem, seed + k) for k in range(3)]
+    finer = (1, 3, 9) if seed % 4 == 0 else (1, 3)
+    others = [_on_grid(tree, margin, times) for times in finer]
+    others += [_at_random(loosened.problem, seed + k) for k in range(2)]
     cost = math.inf if plan.cost is None else plan.cost
     least = min(others)
     holds = check(plan).holds and least >= bound * (1.0 - EQUAL) and cost >= bound
-    if plan.status == "solved" and plan.statistics.expanded < 3000:
+    if plan.status == "solved" and plan.statistics.expanded < PRODUCTS:
         holds = holds and cost <= bound * (1.0 + gap + EQUAL)
     worst = None if math.inf in (least, bound) or not bound else cost / bound - 1.0
     note = f"{name}: bound {bound}, cost {cost}, others {others}, {plan.status}"
