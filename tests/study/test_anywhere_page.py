@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-from gm_ompl.viz.canvas import styled
 
 from docs.tables import anywhere
 
@@ -26,12 +25,9 @@ def test_rows_have_the_page_s_columns() -> None:
         assert table[1].splitlines()[0] == "| " + " | ".join(head) + " |"
 
 
-def test_exponents_and_picture() -> None:
-    """Times that grow with the root of the sets have the exponent 0.5; the picture has a panel."""
+def test_the_exponent_is_the_slope() -> None:
+    """Times that grow with the root of the sets have the exponent 0.5; one time has none."""
     known = {"a, cells": [(1e3, 0.1), (1e5, 1.0), (1e7, 10.0)], "b, cells": [(1e3, 0.1)]}
     (row,) = anywhere.exponents(known)
     assert row[0] == "a, cells"
     assert float(row[1]) == pytest.approx(0.5)
-    with styled():
-        figure = anywhere.picture({"finer grids": known, "more fingers": known})
-    assert len(figure.axes) == 2
