@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import numbers
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
@@ -25,6 +26,7 @@ from gm_ompl.asking import (
 from gm_ompl.asking import load as load
 from gm_ompl.diagnosis.values import SECONDS
 from gm_ompl.errors import LimitError
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
@@ -34,7 +36,7 @@ from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
 from gm_ompl.planners.registry import make_planner, suited
 from gm_ompl.planners.steady import Steady
-from gm_ompl.problem import Move
+from gm_ompl.problem import Move, Problem
 from gm_ompl.scenario.overrides import Changes
 from gm_ompl.scenario.scenario import Scenario
 
@@ -93,6 +95,7 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     try:
         judging = judge_of(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
+        problem, judging = _with_hand(problem, judging, result)
         result, steady = settled(searcher, judging, result, asked, rng)
         if judging.hand is not None:
             from gm_ompl.planners.joints import jointed  # loads OMPL
@@ -123,6 +126,14 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
         lower_bound=result.lower_bound,
         paths=paths,
     )
+
+
+def _with_hand(problem: Problem, judging: Judge, result: SearchResult) -> tuple[Problem, Judge]:
+    """Return the problem, and its judge, with the placements that a result's moves name."""
+    if result.fingers is None:
+        return problem, judging
+    problem = dataclasses.replace(problem, fingers=result.fingers)
+    return problem, judge_of(priced(problem))
 
 
 def _unbegun(status: Status, started: float, **more: str) -> SearchResult:

@@ -12,6 +12,7 @@ from gm_ompl.arrays import Array, fix
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.environment import Environment
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.geometry.patches import Anywhere
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable
@@ -47,6 +48,7 @@ class Fingers:
             where it is regrasped.
         leave: whether, at the goal, every finger needs a way off.
         named: whether each is a finger of a certain hand, which no other can stand in for.
+        anywhere: where they may be placed beside ``placements``; None: nowhere.
     """
 
     radius: Array
@@ -60,6 +62,7 @@ class Fingers:
     transit: bool = True
     leave: bool = False
     named: bool = False
+    anywhere: Anywhere | None = None
 
     def __post_init__(self) -> None:
         n = len(self.start)

@@ -113,7 +113,7 @@ class _Tables:
 
     def _place(self, finger: int, place: PlacementRecord) -> int:
         return self._once(self.places, {
-            "label": f"{place.face} [{place.cell[0]}, {place.cell[1]}]",
+            "label": place.words,
             "centre": numbers(self._animation.centre(finger, place)),
             "turn": numbers(turn_to(np.asarray(place.normal))),
         })  # fmt: skip

@@ -105,7 +105,7 @@ class _Sets:
 
     def row_of(self, places: Sequence[Any]) -> float:
         """Return the number of a set as a plan's step names it."""
-        rows = (self._hand.placements.find(place.face, place.cell) for place in places)
+        rows = (place.row(self._hand.placements) for place in places)
         return self.row(tuple(-1 if row is None else row for row in rows))
 
 

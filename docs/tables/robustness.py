@@ -76,7 +76,7 @@ def _told(plan: Plan) -> tuple[object, ...]:
     modes = [mode for segment in plan.segments for mode in segment.modes]
     forced = f"{100 * modes.count('force') / len(modes):.0f} %"
     first = plan.steps[0].placements
-    where = ", ".join(f"{at.face}:{at.cell[0]},{at.cell[1]}" for at in first)
+    where = ", ".join(f"{at.face}:{','.join(map(str, at.cell or at.point))}" for at in first)
     proven = "optimal" if plan.optimal else plan.status
     return (proven, f"{plan.cost:.4f}", plan.regrasps, forced, f"{plan.least_z:.4f}", where)
 

@@ -166,7 +166,7 @@ def summary(plan: Plan) -> Iterator[str]:
             yield "  may find one --planner HybridRRTConnect, without a proof of the least cost"
     else:
         proven = f"proven optimal on the lattice{over}"
-        quality = proven if plan.optimal else "not proven optimal"
+        quality = _within(plan) or (proven if plan.optimal else "not proven optimal")
         yield f"{name}: solved by {plan.planner}, {quality}"
         yield f"  cost         {plan.cost:.6g}"
         yield f"  regrasps     {plan.regrasps}"
@@ -185,6 +185,15 @@ def summary(plan: Plan) -> Iterator[str]:
     yield from _chain(plan)
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
+
+
+def _within(plan: Plan) -> str:
+    """Return how near a plan is to the least cost over continuous placements, where they are."""
+    said = plan.scenario["fingers"]["placements"].get("continuous")
+    if not said or plan.cost is None or not plan.lower_bound:
+        return ""
+    gap = 100.0 * (plan.cost / plan.lower_bound - 1.0)
+    return f"within {gap:.2g}% of the least over all placements ({100.0 * said['gap']:g}% asked)"
 
 
 def _chain(plan: Plan) -> Iterator[str]:
@@ -240,7 +249,7 @@ def _describe(steps: list[Step]) -> Iterator[str]:
         old, new = first.from_, first.to
         yield (
             f"  {f'at {_numbers(first.at)}: ' if first.at else ''}finger {first.finger} moves from "
-            f"{old.face} {list(old.cell)} to {new.face} {list(new.cell)}"
+            f"{old.words} to {new.words}"
         )
     elif isinstance(last, DisplacementStep):
         segments = [
@@ -249,7 +258,7 @@ def _describe(steps: list[Step]) -> Iterator[str]:
         fingers = []
         for i, place in enumerate(first.placements):
             modes = "/".join(sorted({segment.modes[i] for segment in segments}))
-            fingers.append(f"{place.face} {list(place.cell)} {modes}-controlled")
+            fingers.append(f"{place.words} {modes}-controlled")
         least = min(segment.z for segment in segments)
         start, end = (
             _numbers(q or pose.position)

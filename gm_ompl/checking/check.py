@@ -16,11 +16,12 @@ from gm_ompl.checking.steps import check_displacement, check_regrasp
 from gm_ompl.checking.ways import check_landing, check_leaving
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep
+from gm_ompl.planfile.model import DisplacementStep, PlacementRecord, Plan, RegraspStep, Spot
+from gm_ompl.planfile.points import with_points
 from gm_ompl.problem import Placements
 from gm_ompl.scenario.scenario import Scenario
 
-Spots = tuple[tuple[str, tuple[int, int]], ...]
+Spots = tuple[Spot, ...]
 
 
 def placements_after(step: AnyStep) -> tuple[PlacementRecord, ...]:
@@ -31,7 +32,7 @@ def placements_after(step: AnyStep) -> tuple[PlacementRecord, ...]:
 
 
 def _spots(placements: Sequence[PlacementRecord]) -> Spots:
-    return tuple((record.face, record.cell) for record in placements)
+    return tuple(record.spot for record in placements)
 
 
 def check_continuity(
@@ -42,10 +43,10 @@ def check_continuity(
         _check_given(recheck, "start", recheck.problem.fingers.start, step.placements, found)
         _check_coming(recheck, step, found)
         return
-    have, want = _spots(step.placements), _spots(placements_after(last))
+    have, want = step.placements, placements_after(last)
     found.check(
         "continuity",
-        have == want,
+        _spots(have) == _spots(want),
         f"placements are {_show(have)}; after the last step they are {_show(want)}",
     )
 
@@ -53,7 +54,7 @@ def check_continuity(
 def _rows(recheck: Recheck, records: Sequence[PlacementRecord]) -> Placements | None:
     """Return the rows of a whole hand's placements; None where one is in no table."""
     table = recheck.problem.fingers.placements
-    rows = [table.find(record.face, record.cell) for record in records]
+    rows = [record.row(table) for record in records]
     known = tuple(row for row in rows if row is not None)
     return known if len(known) == recheck.problem.fingers.count == len(rows) else None
 
@@ -86,8 +87,8 @@ def _check_given(
         if row is not None:
             found.check(
                 topic,
-                table.find(record.face, record.cell) == row,
-                f"finger {finger} is at {record.face}:{list(record.cell)}; the scenario puts it "
+                record.row(table) == row,
+                f"finger {finger} is at {record.words}; the scenario puts it "
                 f"at {table.labels[int(table.face[row])]}:{table.cell[row].tolist()}",
             )
 
@@ -160,8 +161,8 @@ def _check_unmoved(recheck: Recheck, found: Findings) -> None:
         )
 
 
-def _show(spots: Spots) -> str:
-    return "[" + ", ".join(f"{face}:{i},{j}" for face, (i, j) in spots) + "]"
+def _show(placements: Sequence[PlacementRecord]) -> str:
+    return "[" + ", ".join(record.words for record in placements) + "]"
 
 
 _NOT_PROVEN = (
@@ -193,7 +194,9 @@ def check(plan: Plan | str | os.PathLike[str], tolerances: Tolerances | None = N
     """
     if not isinstance(plan, Plan):
         plan = Plan.load(plan)
-    problem = Scenario.from_resolved(plan.scenario, "scenario in the plan").problem
+    problem = with_points(
+        Scenario.from_resolved(plan.scenario, "scenario in the plan").problem, plan
+    )
     return check_against(plan, Recheck(problem, tolerances))
 
 

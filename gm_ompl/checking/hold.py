@@ -90,19 +90,29 @@ def check_placement(
 ) -> int | None:
     """Judge one placement; return its row in the table, or None if it is not in it."""
     tolerances, table = recheck.tolerances, recheck.problem.fingers.placements
-    row = table.find(claimed.face, claimed.cell)
+    row = claimed.row(table)
+    what = (
+        "cell among them"
+        if claimed.cell is not None
+        else "point on them: "
+        + (
+            "it is off its face, covered, or nearer to the rim than the margin"
+            if recheck.problem.fingers.anywhere is not None
+            else "the scenario asks for no continuous placements"
+        )
+    )
     if not found.check(
         "placements",
         row is not None,
-        f"{name} is on face {claimed.face}, cell {list(claimed.cell)}; the scenario's fingers "
-        f"may be placed on faces {', '.join(table.labels)}, and there is no such cell among them",
+        f"{name} is at {claimed.words}; the scenario's fingers may be placed on faces "
+        f"{', '.join(table.labels)}, and there is no such {what}",
     ):
         return None
     for what, have, want, allowed in (
         ("point", claimed.point, table.points[row], tolerances.length * recheck.diagonal),
         ("normal", claimed.normal, table.normals[row], tolerances.direction),
     ):
-        where = f"on face {claimed.face}, cell {list(claimed.cell)}"
+        where = f"at {claimed.words}"
         found.claim("placements", f"{name}.{what}", (have, want), allowed, where=where)
     return row
 
@@ -110,8 +120,9 @@ def check_placement(
 def named(recheck: Recheck, row: int) -> str:
     """Return ``+x:3,2`` for a row of the placement table."""
     table = recheck.problem.fingers.placements
-    i, j = table.cell[row]
-    return f"{table.labels[int(table.face[row])]}:{i},{j}"
+    i, j = table.cell[row].tolist()
+    place = f"{i},{j}" if i >= 0 else listed(table.points[row])
+    return f"{table.labels[int(table.face[row])]}:{place}"
 
 
 def check_hold(recheck: Recheck, hold: Hold, found: Findings) -> None:

@@ -85,7 +85,7 @@ class Junctions:
 
     def _rows(self, step: DisplacementStep | RegraspStep) -> Placements:
         table = self._recheck.problem.fingers.placements
-        found = [table.find(record.face, record.cell) for record in step.placements]
+        found = [record.row(table) for record in step.placements]
         return tuple(row for row in found if row is not None)
 
     def notes(self) -> Iterator[str]:

@@ -47,4 +47,4 @@ class Kinematics(ABC):
 
 def regrasp_in_words(step: RegraspStep) -> str:
     """Return "finger 1 to +x:[0, 2]"."""
-    return f"finger {step.finger} to {step.to.face}:{list(step.to.cell)}"
+    return f"finger {step.finger} to {step.to.words.replace(' ', ':', 1)}"

@@ -120,9 +120,8 @@ def _check_finger(recheck: Recheck, step: RegraspStep, found: Findings) -> bool:
     check_placement(recheck, "from", step.from_, found)
     found.check(
         "lifted finger",
-        (step.from_.face, step.from_.cell) == (held.face, held.cell),
-        f"'from' is {step.from_.face}:{list(step.from_.cell)}; finger {finger} is at "
-        f"{held.face}:{list(held.cell)}",
+        step.from_.spot == held.spot,
+        f"'from' is {step.from_.words}; finger {finger} is at {held.words}",
     )
     missing = [i for i, mode in enumerate(step.modes) if mode is None]
     return found.check(

@@ -74,7 +74,7 @@ def _check_stretches(
     table, target = problem.fingers.placements, len(corners) - 2
     staying = [(i, row) for i, row in enumerate(rows) if i != finger]
     air = Air(problem, pose, finger, staying)
-    to = table.find(step.to.face, step.to.cell)
+    to = step.to.row(table)
     assert to is not None, "it was judged before"
     touched = {0: int(table.piece[rows[finger]]), target: int(table.piece[to])}
     for k in range(len(corners) - 1):

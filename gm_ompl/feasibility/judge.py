@@ -105,6 +105,17 @@ class Judge:
         self._touching = Memo[bytes, EnvironmentContacts](CONTACT_BYTES)
         self._environments = Memo[Hashable, int](each)
 
+    def of_hand(self, problem: Problem, backend: Backend) -> Judge:
+        """Return a judge of a problem that differs from this one's in the hand alone.
+
+        Args:
+            problem: the other problem.
+            backend: this judge's, or one in which contact states have the same numbers.
+        """
+        other = Judge(problem, backend)
+        other._touching, other._environments = self._touching, self._environments
+        return other
+
     def least_distances(self) -> Array:
         """Return how far the centres of any two fingertips must be apart (n, n)."""
         return np.array(

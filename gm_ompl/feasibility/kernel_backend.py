@@ -63,6 +63,16 @@ class KernelBackend:
         self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
         self.learn = self.pool.add
 
+    def of_hand(self, problem: Problem) -> KernelBackend:
+        """Return a back end for a problem that differs from this one's in the placements alone.
+
+        Contact states have the same numbers in both.
+        """
+        other = KernelBackend(problem)
+        other._numbers, other._contacts = self._numbers, self._contacts
+        other._env, other._load = self._env, self._load
+        return other
+
     @property
     def tips(self) -> Array:
         """All fingers' columns for unit normal force at all placements (n, P, s, 6)."""

@@ -23,7 +23,7 @@ class PlacementTable:
         points: (P, 3), the contact point on the surface.
         normals: (P, 3), unit, pointing into the object.
         face: (P,), index into ``labels``.
-        cell: (P, 2), the grid cell on that face.
+        cell: (P, 2), the grid cell on that face; (-1, -1) where the placement is on no grid.
         piece: (P,), the convex piece of the body that the face belongs to.
         labels: the faces' names ("+x", ... for a box, "0", "1", ... for a hull).
     """
@@ -52,12 +52,39 @@ class PlacementTable:
 
     def find(self, label: str, cell: Sequence[int]) -> int | None:
         """Return the placement on face ``label`` at ``cell``, or None if there is none."""
-        if label not in self.labels:
+        if label not in self.labels or min(cell) < 0:
             return None
         hits = np.flatnonzero(
             (self.face == self.labels.index(label)) & (self.cell == np.asarray(cell)).all(axis=1)
         )
         return int(hits[0]) if len(hits) else None
+
+    def find_point(self, label: str, point: Sequence[float]) -> int | None:
+        """Return the placement on face ``label`` at a point that is on no grid, or None."""
+        if label not in self.labels:
+            return None
+        loose = (self.face == self.labels.index(label)) & (self.cell < 0).all(axis=1)
+        hits = np.flatnonzero(loose & (self.points == np.asarray(point)).all(axis=1))
+        return int(hits[0]) if len(hits) else None
+
+    def joined(self, other: PlacementTable) -> PlacementTable:
+        """Return these placements, and behind them those of another table of the same body."""
+        return PlacementTable(
+            np.concatenate([self.points, other.points]),
+            np.concatenate([self.normals, other.normals]),
+            np.concatenate([self.face, other.face]),
+            np.concatenate([self.cell, other.cell]),
+            np.concatenate([self.piece, other.piece]),
+            self.labels,
+        )
+
+    def at(self, rows: Sequence[int]) -> PlacementTable:
+        """Return some of the placements, in this order."""
+        some = np.array(rows, dtype=np.int64)
+        return PlacementTable(
+            self.points[some], self.normals[some], self.face[some], self.cell[some],
+            self.piece[some], self.labels,
+        )  # fmt: skip
 
 
 INSIDE = 1e-9
@@ -95,12 +122,12 @@ def placements(
     points, normals, face = [np.zeros((0, 3))], [np.zeros((0, 3))], [none]
     cell, piece = [none.reshape(0, 2)], [none]
     for number, patch, spots in _spots(body, grid, faces):
-        kept = np.flatnonzero(_usable(body, patch, spots, margin))
+        kept = np.flatnonzero(usable(body, patch, spots, margin))
         points.append(spots[kept])
         normals.append(np.tile(-patch.normal, (len(kept), 1)))
         face.append(np.full(len(kept), number))
         cell.append(np.stack(np.divmod(kept, grid[1]), axis=1))
-        piece.append(_owners(body, spots[kept]) if patch.owner is None
+        piece.append(owners(body, spots[kept]) if patch.owner is None
                      else np.full(len(kept), patch.owner))  # fmt: skip
     return PlacementTable(
         points=np.concatenate(points),
@@ -122,7 +149,7 @@ def room(body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str
     """
     found: list[float] = []
     for _, patch, spots in _spots(body, grid, faces):
-        kept = spots[_usable(body, patch, spots, 0.0)]
+        kept = spots[usable(body, patch, spots, 0.0)]
         found += patch.region.distance_to_rim(kept).tolist()
     return max(found, default=None)
 
@@ -131,10 +158,20 @@ def _spots(
     body: Body, grid: tuple[int, int], faces: Literal["all"] | Sequence[str]
 ) -> Iterator[tuple[int, Face, Array]]:
     """Yield per wanted face its number, itself and its cells' centres (k, 3)."""
+    for number, patch in named_faces(body, faces):
+        yield number, patch, rectangle_around(patch.ring, patch.normal).cells(grid)
+
+
+def named_faces(body: Body, faces: Literal["all"] | Sequence[str]) -> Iterator[tuple[int, Face]]:
+    """Yield the number and the extent of every face that is named.
+
+    Raises:
+        GeometryError: an unknown label.
+    """
     wanted = _wanted(face_labels(body), faces)
     for number, patch in enumerate(_faces_of(body)):
         if number in wanted:
-            yield number, patch, rectangle_around(patch.ring, patch.normal).cells(grid)
+            yield number, patch
 
 
 def faces_of(body: Body) -> Iterator[tuple[str, Face]]:
@@ -196,13 +233,13 @@ def _outline(plane: PlanarFace, D: float) -> Array:
     return ring
 
 
-def _usable(body: Body, patch: Face, spots: Array, margin: float) -> BoolArray:
+def usable(body: Body, patch: Face, spots: Array, margin: float) -> BoolArray:
     """Whether points (k, 3) in a face's plane may be placements."""
     usable = patch.region.contains(spots, margin, INSIDE * body.diagonal)
     return usable if patch.owner is None else usable & ~_covered(body, patch, spots)
 
 
-def _owners(body: Body, spots: Array) -> IntArray:
+def owners(body: Body, spots: Array) -> IntArray:
     """Return per point (k, 3) on the surface the piece that it lies on."""
     depths = [
         (spots @ piece.face_normals.T - piece.face_offsets).max(axis=1) for piece in body.pieces

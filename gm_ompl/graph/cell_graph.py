@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeAlias, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import IntArray
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.cell_bounds import (
@@ -20,13 +20,15 @@ from gm_ompl.graph.cell_bounds import (
     renew_rest,
 )
 from gm_ompl.graph.lanes import Leaving, lane_table
-from gm_ompl.holds.cells import Cells
+from gm_ompl.holds.cells import Cells, CellTree
 from gm_ompl.holds.known import FAILED, Known
 from gm_ompl.holds.rows import UNASKED
 from gm_ompl.holds.sets import LIFTED, PlacementSets
+from gm_ompl.holds.tables import ArcTable
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.mechanics.cell_cuts import CellCuts
-from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
+from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_points
+from gm_ompl.mechanics.cell_modes import largest_sets, mode_margin, squeezed
 from gm_ompl.mechanics.certificate import separates_environment
 from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.motion.lattice import Coordinates
@@ -34,6 +36,9 @@ from gm_ompl.problem import Placements, Problem
 
 Tuple: TypeAlias = tuple[int, ...]
 """A cell for each finger, LIFTED for one in the air."""
+
+MakeTree: TypeAlias = Callable[[ArcTable], CellTree]
+"""Makes cells from the table of the arcs."""
 
 FIRST = 256
 """Lanes that there is room for at first; then it doubles."""
@@ -43,7 +48,8 @@ FIRST = 256
 class CellGraph:
     """All lanes of cells that a search has met.
 
-    ``leaving`` has the arcs of a part of the object graph by their tails; None: all of it.
+    ``leaving`` has the arcs of a part of the object graph by their tails; None: all of it. ``tree``
+    makes the cells; None: those of the problem's placements.
 
     Attributes:
         nodes: the object graph's nodes, in the order in which they are numbered here.
@@ -59,17 +65,17 @@ class CellGraph:
 
     def __init__(
         self, problem: Problem, judge: Judge, backend: KernelBackend, stop: Stop = never,
-        leaving: Leaving | None = None,
+        leaving: Leaving | None = None, tree: MakeTree | None = None,
     ) -> None:  # fmt: skip
         self._backend, hand = backend, problem.fingers
         self._objects = problem.object_graph
         self.nodes, self._table = lane_table(judge, stop, leaving)
         self.start = self.nodes.index(problem.object_graph.start)
         tables, self._known = self._table.measured, Known(judge, self._table)
-        centres = np.array([judge.centres(i) for i in range(hand.count)])
-        self.cells = Cells(hand.placements, tables, centres)
+        self.cells: CellTree = _of_grid(judge, self._table) if tree is None else tree(self._table)
         self._f_max = hand.max_normal_force / backend.scale
         self._columns = self.cells.by_face(backend.tips)
+        self._edges = problem.mechanics.cone_edges
         self.cuts = CellCuts(self._columns, self._f_max, DIRECTIONS)
         self.sets = PlacementSets(hand.groups())
         self._least = judge.least_distances()
@@ -187,7 +193,7 @@ class CellGraph:
         for i, cell in enumerate(cells):
             for j in range(i):
                 if cell == cells[j] and self._alike[i] == self._alike[j]:
-                    if self.cells.row(cell) >= 0:
+                    if self.cells.width(cell) == 0.0:
                         return False  # a set has a placement once
                     continue
                 if not self.cells.apart(i, cell, j, cells[j], self._least[i, j]):
@@ -249,12 +255,30 @@ class CellGraph:
         below = self.cells.tables.z_min
         z = cell_margin(env, q, tips, self._f_max[hand], DIRECTIONS, below, w, margin, y)
         self.cuts.add(state, q, y)
-        return z
+        return z if z < below else min(z, self._mode_bound(state, hand, cells, tips, y))
+
+    def _mode_bound(self, state: int, hand: IntArray, cells: Tuple, tips: Array, y: Array) -> float:
+        """Bound z of some fingers in their cells, as far as not all can be position-controlled."""
+        corners = corner_points(self.cells.planes, np.array(cells), self.cells.boxes)
+        pairs = squeezed(tips[:, : self._edges, :3].copy(), corners)
+        if not pairs:
+            return np.inf
+        env, q, _, _ = self._backend.columns(state)
+        w, margin = self._separating[state]
+        below, masks = self.cells.tables.z_min, largest_sets(len(hand), pairs)
+        return mode_margin(env, q, tips, self._f_max[hand], DIRECTIONS, below, w, margin, masks, y)
 
     def close(self, lane: int, node: int) -> None:
         """Take note that a lane cannot end at a goal node."""
         self._closed.setdefault(lane, set()).add(node)
         self._lane_versions[lane] = -1
+
+
+def _of_grid(judge: Judge, table: ArcTable) -> Cells:
+    """Return the cells of the problem's placements."""
+    hand = judge.problem.fingers
+    centres = np.array([judge.centres(i) for i in range(hand.count)])
+    return Cells(hand.placements, table.measured, centres)
 
 
 def _doubled(array: np.ndarray) -> np.ndarray:

@@ -84,6 +84,10 @@ class Products:
             if all(chosen[a] <= chosen[b] for a, b in pairs):
                 yield chosen
 
+    def divides(self, product: Product) -> bool:
+        """Whether some cell of a product can be halved."""
+        return any(self._graph.cells.width(cell) > 0.0 for cell in product.cells)
+
     def divided(self, product: Product) -> Iterator[Product]:
         """Yield what a product falls into with its widest cell halved."""
         cells, chosen = self._graph.cells, product.cells

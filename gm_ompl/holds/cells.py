@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, final
+from typing import Final, Protocol, final
 
 import numpy as np
 
@@ -16,6 +16,42 @@ FIRST: Final = 256
 
 ROUNDING: Final = 1e-12
 """By this much bounds of cells give way: a placement is not refuted by rounding."""
+
+
+class CellTree(Protocol):
+    """Cells that are made on demand, by their numbers.
+
+    Attributes:
+        boxes: the cells in coordinates of their faces.
+        tables: as those of placements, by cells: what is best in a cell.
+        faces: (F,), per face the cell of all of it.
+        planes: (F, 3, 3), per face the point of coordinates (0, 0), and a unit of either.
+    """
+
+    boxes: CellBoxes
+    tables: Tables
+    faces: tuple[int, ...]
+    planes: Array
+
+    def __len__(self) -> int: ...
+
+    def by_face(self, columns: Array) -> Array:
+        """Return the fingers' columns (n, P, s, 6) on each face: (n, F, s, 3, 6)."""
+
+    def point(self, row: int) -> int:
+        """Return the cell of one placement alone."""
+
+    def row(self, cell: int) -> int:
+        """Return the placement of a cell that has no other, else -1."""
+
+    def width(self, cell: int) -> float:
+        """Return the length of a cell's longer side; 0 of a single placement."""
+
+    def halves(self, cell: int) -> tuple[int, int]:
+        """Return the two cells that a cell falls into."""
+
+    def apart(self, i: int, cell: int, j: int, other: int, least: float) -> bool:
+        """Whether somewhere in two cells fingertips i and j may be so far apart."""
 
 
 @final
@@ -34,6 +70,7 @@ class Cells:
         boxes: the cells in coordinates of their faces: the grid's indices.
         tables: as ``lanes``, by cells.
         faces: (F,), per face the cell of all its placements.
+        planes: (F, 3, 3), per face the point of indices (0, 0), and a step of either.
     """
 
     def __init__(self, table: PlacementTable, lanes: Tables, centres: Array) -> None:
@@ -53,7 +90,7 @@ class Cells:
         self._points: dict[int, int] = {}
         used = np.unique(table.face)
         self._face = np.searchsorted(used, table.face)
-        self._planes = [self._plane(f) for f in range(len(used))]
+        self.planes = np.array([self._plane(f) for f in range(len(used))])
         members = [np.flatnonzero(self._face == f) for f in range(len(used))]
         self.faces = tuple(self._make(rows) for rows in members)
 
@@ -98,7 +135,7 @@ class Cells:
 
     def _sides(self, cell: int) -> Array:
         """Return the lengths (2,) of a cell's sides."""
-        steps = self._planes[self.boxes.faces[cell]][1:]
+        steps = self.planes[self.boxes.faces[cell]][1:]
         lengths: Array = 2.0 * self.boxes.sides[cell, 2:] * np.linalg.norm(steps, axis=1)
         return lengths
 
@@ -132,7 +169,7 @@ class Cells:
         tables.free[:, cell] = lanes.free[:, members].any(axis=1)
         tables.lengths[:, cell] = lanes.lengths[:, members].min(axis=1)
         tables.node_free[:, cell] = lanes.node_free[:, members].any(axis=1)
-        plane = self._planes[face]
+        plane = self.planes[face]
         middle, outward = plane[0] + sides[:2] @ plane[1:], self._centres[:, members[0]]
         self._middles[:, cell] = middle + outward - self._placements.points[members[0]]
         self._arms[cell] = (sides[2:] * np.linalg.norm(plane[1:], axis=1)).sum()
@@ -143,10 +180,6 @@ class Cells:
 
     def _grow(self) -> None:
         """Make room for twice as many cells."""
-
-        def doubled(array: Array, axis: int) -> Array:
-            return np.concatenate([array, np.empty_like(array)], axis=axis)
-
         tables = self.tables
         self.boxes = CellBoxes(doubled(self.boxes.sides, 0), np.tile(self.boxes.faces, 2))
         self.tables = tables._replace(
@@ -155,3 +188,8 @@ class Cells:
             node_free=np.tile(tables.node_free, (1, 2, 1)),
         )
         self._middles, self._arms = doubled(self._middles, 1), doubled(self._arms, 0)
+
+
+def doubled(array: Array, axis: int) -> Array:
+    """Return an array with room for twice as many along an axis."""
+    return np.concatenate([array, np.empty_like(array)], axis=axis)

@@ -96,7 +96,8 @@ class ArcTable:
         # An arc for each row, and each kind's row.
         rows, like = _rows([frame.arcs[a] for a in self._firsts])
         self._rows = [self._firsts[k] for k in rows]
-        node_free, free = self._tested(head, stop)
+        self._ends = frame.tail[self._rows], head[self._rows]
+        node_free, free = self.tested(judge, stop)
         into = np.argsort(head, kind="stable")
         first = np.searchsorted(head[into], np.arange(len(frame.poses) + 1))
         P = max((arc.parts for arc in frame.arcs), default=problem.cost.samples_per_arc)
@@ -126,54 +127,62 @@ class ArcTable:
         self._middles: dict[int, tuple[Moment, ...]] = {}
         self._rests: dict[int, int] = {}
 
-    def _tested(self, head: IntArray, stop: Stop) -> tuple[BoolArray, BoolArray]:
+    def tested(self, judge: Judge, stop: Stop = never) -> tuple[BoolArray, BoolArray]:
         """Return which fingertips are free at each node and along each row's arc.
 
         It also finds ``object_free``.
+
+        Args:
+            judge: of the same object; its hand may be another.
+            stop: asked now and then.
         """
-        judge, frame, rows = self._judge, self.frame, self._rows
+        frame, rows = self.frame, self._rows
         nodes = [judge.node(pose) for pose in watched(frame.poses, stop)]
         along = [judge.along(frame.arcs[a].arc) for a in watched(rows, stop)]
         self.object_free = all(place.object_free for place in nodes + along)
-        node_free, free = self._masks(nodes), self._masks(along)
-        free &= node_free[:, :, frame.tail[rows]] & node_free[:, :, head[rows]]
+        node_free, free = _masks(judge, nodes), _masks(judge, along)
+        tail, head = self._ends
+        free &= node_free[:, :, tail] & node_free[:, :, head]
         return node_free, free
 
-    def _masks(self, places: Sequence[NodeGeometry]) -> BoolArray:
-        """Return (n, placements, len(places)): which fingertips are free at each place."""
-        hand = self._judge.problem.fingers
-        if not places or not hand.count:
-            return np.zeros((hand.count, len(hand.placements), len(places)), dtype=bool)
-        masks: BoolArray = np.array([place.free for place in places])
-        return np.ascontiguousarray(masks.transpose(1, 2, 0))
+    def passable(self) -> tuple[BoolArray, BoolArray]:
+        """Return where the object alone is free: at each node (V,), along each row's arc."""
+        arcs, judge, (tail, head) = self.frame.arcs, self._judge, self._ends
+        nodes = np.array([judge.node(pose).object_free for pose in self.frame.poses])
+        along = np.array([judge.along(arcs[a].arc).object_free for a in self._rows], dtype=bool)
+        return nodes, along & nodes[tail] & nodes[head]
+
+    def lengths(self, centres: Array) -> Array:
+        """Return the chords of Eq. (9) of points (m, 3), object frame, as (m, rows, P)."""
+        found = np.zeros((len(centres), len(self._rows), self.tables.states.shape[1]))
+        for row, a in enumerate(self._rows):
+            limits.check()
+            arc = self.frame.arcs[a]
+            found[:, row, : arc.parts] = arc.lengths(centres)
+        return found
 
     @cached_property
     def measured(self) -> Tables:
         """The tables with the lengths of Eq. (9) for all placements, and bounds by them."""
         judge, radii = self._judge, self._judge.problem.fingers.radius.tolist()
-        P, known = self.tables.states.shape[1], dict[float, Array]()
+        known = dict[float, Array]()
         for i, radius in enumerate(radii):
             if radius not in known:
-                centres = judge.centres(i)
-                known[radius] = np.zeros((len(centres), len(self._rows), P))
-                for row, a in enumerate(self._rows):
-                    limits.check()
-                    arc = self.frame.arcs[a]
-                    known[radius][:, row, : arc.parts] = arc.lengths(centres)
+                known[radius] = self.lengths(judge.centres(i))
         lengths = np.stack([known[radius] for radius in radii]) if radii else self.tables.lengths
         lengths = np.ascontiguousarray(lengths)
         travel = lengths.sum(axis=3)
         # Each arc by whatever placement is shortest there, for the slowest finger: a plan that
         # regrasps again may change.
         shortest = np.where(self.tables.free, travel, np.inf).min(axis=1, initial=np.inf)
-        least = self._ahead(shortest.max(axis=0, initial=0.0))
+        least = self.ahead(shortest.max(axis=0, initial=0.0))
         if not self.tables.one_pass:  # nearest the goal first: little is settled twice
             order = np.argsort(least[self.tables.head], kind="stable")
             self.tables = self.tables._replace(order=order)
-        ahead = self._ahead(np.where(self.tables.free, travel, np.inf))
+        ahead = self.ahead(np.where(self.tables.free, travel, np.inf))
         return self.tables._replace(lengths=lengths, ahead=ahead, least=least)
 
-    def _ahead(self, cost: Array) -> Array:
+    def ahead(self, cost: Array) -> Array:
         """Return (.., V): least cost to a goal node by arcs that cost (.., rows)."""
         ahead = np.empty((*cost.shape[:-1], len(self.tables.goal)))
         many = math.prod(cost.shape[:-1])  # there may be no arc at all
@@ -213,6 +222,15 @@ class ArcTable:
             known = self._judge.environment(Moment(self.frame.poses[node]))
             self._rests[node] = known
         return known
+
+
+def _masks(judge: Judge, places: Sequence[NodeGeometry]) -> BoolArray:
+    """Return (n, placements, len(places)): which fingertips are free at each place."""
+    hand = judge.problem.fingers
+    if not places or not hand.count:
+        return np.zeros((hand.count, len(hand.placements), len(places)), dtype=bool)
+    masks: BoolArray = np.array([place.free for place in places])
+    return np.ascontiguousarray(masks.transpose(1, 2, 0))
 
 
 def _kinds(arcs: Sequence[GraphArc]) -> tuple[list[int], IntArray]:

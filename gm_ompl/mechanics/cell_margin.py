@@ -43,6 +43,28 @@ def corner_columns(columns: Array, hand: IntArray, cells: IntArray, boxes: CellB
 
 
 @compiled
+def corner_points(planes: Array, cells: IntArray, boxes: CellBoxes) -> Array:
+    """Return the points (k, 4, 3) at the corners of cells (k,), in ``corner_columns``' order.
+
+    Args:
+        planes: (F, 3, 3), of each face: the point of coordinates (0, 0) and a unit of either.
+        cells: the cells.
+        boxes: all cells.
+    """
+    points = np.empty((len(cells), 4, 3))
+    for i in range(len(cells)):
+        p, r = boxes.sides[cells[i], 0], boxes.sides[cells[i], 1]
+        wide, high = boxes.sides[cells[i], 2], boxes.sides[cells[i], 3]
+        plane = planes[boxes.faces[cells[i]]]
+        for corner in range(4):
+            u = p + (wide if corner % 2 else -wide)
+            v = r + (high if corner // 2 else -high)
+            for t in range(3):
+                points[i, corner, t] = plane[0, t] + u * plane[1, t] + v * plane[2, t]
+    return points
+
+
+@compiled
 def cell_margin(
     env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, w: Array,
     margin: float, y: Array,

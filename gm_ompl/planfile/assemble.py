@@ -158,7 +158,7 @@ def placement_record(problem: Problem, row: int) -> PlacementRecord:
     return _made(
         PlacementRecord,
         face=table.labels[int(table.face[row])],
-        cell=table.cell[row].tolist(),
+        cell=table.cell[row].tolist() if (table.cell[row] >= 0).all() else None,
         point=table.points[row].tolist(),
         normal=table.normals[row].tolist(),
     )

@@ -14,6 +14,7 @@ from typing import Any
 from gm_ompl.errors import MisfitError, PlanError
 from gm_ompl.planfile.files import KIND, Mistake, Place, located
 from gm_ompl.planfile.model import Plan
+from gm_ompl.planfile.points import with_points
 from gm_ompl.problem import Problem
 from gm_ompl.reading import read_text
 from gm_ompl.scenario.scenario import Scenario
@@ -31,7 +32,8 @@ def problem_of(plan: Plan) -> Problem:
         ScenarioError: the scenario inside the plan cannot be used.
         MisfitError: the steps cannot be those of the scenario.
     """
-    problem = Scenario.from_resolved(plan.scenario, "scenario in the plan").problem
+    scenario = Scenario.from_resolved(plan.scenario, "scenario in the plan")
+    problem = with_points(scenario.problem, plan)
     found = list(mistakes(plan, problem))
     if found:
         raise MisfitError(found)

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
+from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.pictures import notebook_html, notebook_scene
 from gm_ompl.planfile import files
 from gm_ompl.planfile.record import ArcRecord, CoordinatesRecord, PlanPart, PoseRecord, Vector
@@ -21,6 +22,7 @@ FORMAT: Final = "gm-ompl-plan/2"
 Status: TypeAlias = Literal["solved", "infeasible", "budget", "interrupted"]
 Mode: TypeAlias = Literal["position", "force"]
 Json: TypeAlias = dict[str, Any]
+Spot: TypeAlias = tuple[str, tuple[int, int] | Vector]
 
 
 class PlacementRecord(PlanPart):
@@ -28,15 +30,33 @@ class PlacementRecord(PlanPart):
 
     Attributes:
         face: the face's name.
-        cell: the grid cell on that face.
+        cell: the grid cell on that face; null where the placement is on no grid.
         point: the contact point on the surface, object frame.
         normal: unit, pointing into the object, object frame.
     """
 
     face: str
-    cell: tuple[int, int]
+    cell: tuple[int, int] | None
     point: Vector
     normal: Vector
+
+    @property
+    def spot(self) -> Spot:
+        """What tells it from others: face and cell, face and point where it is on no grid."""
+        return self.face, self.point if self.cell is None else self.cell
+
+    @property
+    def words(self) -> str:
+        """The placement in words: ``+x [3, 2]``, or ``+x (2.5, 0.3, 1)`` on no grid."""
+        if self.cell is not None:
+            return f"{self.face} {list(self.cell)}"
+        return f"{self.face} ({', '.join(f'{round(x, 9) + 0.0:.4g}' for x in self.point)})"
+
+    def row(self, table: PlacementTable) -> int | None:
+        """Return its row in a placement table; None where it is not there."""
+        if self.cell is None:
+            return table.find_point(self.face, self.point)
+        return table.find(self.face, self.cell)
 
 
 class SegmentRecord(PlanPart):

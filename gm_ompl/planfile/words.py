@@ -85,8 +85,8 @@ def _links(plan: Plan, problem: Problem) -> Iterator[ChainLink]:
             if whole is not None:
                 yield ChainLink((whole[0], last), screw_in_words(whole[1], whole[2]))
             whole, place = None, step.to
-            cell = listed(place.cell)
-            yield ChainLink((number, number), f"finger {step.finger} moves to {place.face} {cell}")
+            words = f"finger {step.finger} moves to {place.words}"
+            yield ChainLink((number, number), words)
             continue
         arc = arc_of(step, problem)
         if not isinstance(arc, Screw):

@@ -17,11 +17,12 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go, weakest
+from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go
 from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.cell_products import Product, Products
 from gm_ompl.holds.extraction import Leg
 from gm_ompl.planners.cell_air import CellAir
+from gm_ompl.planners.cell_looks import Sample, doubt, glance
 from gm_ompl.planners.outcome import Log
 from gm_ompl.planners.planner import Status
 from gm_ompl.planners.trace import Expansion, Trace
@@ -54,6 +55,7 @@ class CellSearch:
         log: told of the progress; its budget is spent.
         trace: told of every product.
         beyond: a lower bound on plans that leave the part of the object graph that was explored.
+        sample: finds plans, where cells have no end; its plans are no paths of this search.
 
     Attributes:
         expanded: products taken from the front of the open list.
@@ -64,10 +66,10 @@ class CellSearch:
 
     def __init__(
         self, problem: Problem, judge: Judge, graph: CellGraph, log: Log,
-        trace: Trace | None = None, beyond: float = math.inf,
+        trace: Trace | None = None, beyond: float = math.inf, sample: Sample | None = None,
     ) -> None:  # fmt: skip
         self._graph, self._products = graph, Products(problem.fingers, graph)
-        self._log, self._trace, self._beyond = log, trace, beyond
+        self._log, self._trace, self._beyond, self._sample = log, trace, beyond, sample
         self._air = CellAir(problem, judge, graph)
         self._open: list[tuple[float, int, int, float, Product]] = []
         self._next: tuple[float, Product] | None = None  # followed down
@@ -79,6 +81,9 @@ class CellSearch:
         self._lift: Array = np.empty((0, 0))
         self.expanded = self.generated = 0
         self.bound, self.cost, self.given_up = 0.0, math.inf, False
+        self._dropped = math.inf
+        if sample is not None:
+            self.cost = sample.enough
 
     def run(self) -> Status:
         """Search until a plan is proven optimal, or no budget is left, or it gives up."""
@@ -101,6 +106,8 @@ class CellSearch:
             f = min(front, self._unlisted())
             self.bound = max(self.bound, min(f, self.cost))
             if f >= self.cost * (1.0 - SAME):
+                if self._sample is not None:
+                    self.bound = max(self.bound, min(f, self._dropped))
                 return Status.INFEASIBLE if self._best is None else Status.SOLVED
             if front >= self.cost * (1.0 - SAME):
                 self.given_up = True
@@ -136,13 +143,20 @@ class CellSearch:
 
     def _wait(self, f: float, product: Product) -> None:
         """Let a product wait: of nearly equal keys the one divided most comes first."""
+        self._set_aside(f)
         if f < self.cost * (1.0 - SAME):
             self.generated += 1
             key = float(f"{f:.9g}")
             heapq.heappush(self._open, (key, -product.depth, self.generated, f, product))
 
+    def _set_aside(self, f: float) -> None:
+        """Take note of what is dropped because the best plan is good enough beside it."""
+        if f >= self.cost * (1.0 - SAME):
+            self._dropped = min(self._dropped, f)
+
     def _put_back(self, f: float, product: Product) -> None:
         """Let a product that was treated wait; in a dive it is treated again at once."""
+        self._set_aside(f)
         if self.expanded >= self._dive_ends:
             self._wait(f, product)
         elif f < self.cost * (1.0 - SAME):
@@ -195,16 +209,25 @@ class CellSearch:
             return
         steps = self._steps(product)
         exact = all(self._graph.cells.row(cell) >= 0 for cell in product.cells)
-        holds, looks = self._doubt(product, steps, math.inf if exact else LOOKS)
+        holds, looks = doubt(self._graph, product, steps, math.inf if exact else LOOKS)
         self._tell(product, f, exact)
         if exact and looks == 0:
             self._finish(product, steps, now)
             return
+        if not exact and holds:
+            holds = glance(self._graph, product, steps, self.expanded)
         risen = self._renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
-        elif risen < self.cost * (1.0 - SAME):
-            self._divide(product)
+        elif risen >= self.cost * (1.0 - SAME):
+            self._set_aside(risen)
+        else:
+            if self._sample is not None:
+                self._look_in(self._sample, product)
+            if self._products.divides(product):
+                self._divide(product)
+            else:  # it bounds no better than this
+                self._dropped = min(self._dropped, risen)
 
     def _steps(self, product: Product) -> IntArray:
         """Return the cheapest way of the product whose key was asked last, see ``follow``."""
@@ -214,30 +237,20 @@ class CellSearch:
         count = follow(graph.start, product.legs, graph.lanes, tables, self._D, self._lift, steps)
         return steps[:count]
 
-    def _doubt(self, product: Product, steps: IntArray, most: float) -> tuple[bool, int]:
-        """Look at where a way may hold least; return whether it may hold, and the looks."""
-        graph, looks = self._graph, 0
-        legs, rests = product.legs, product.rests
-        while looks < most:
-            lanes, resting, tables = graph.lanes, graph.resting, graph.cells.tables
-            i, part = weakest(steps, legs, rests, lanes, resting, tables)
-            if i < 0:
-                break
-            looks += 1
-            m, arc, node = steps[i].tolist()
-            if arc == REGRASP:
-                holds = graph.look_at_rest(int(rests[m]), node)
-            else:
-                holds = graph.look(int(legs[m]), arc, part)
-            if not holds:
-                return False, looks
-        return True, looks
+    def _look_in(self, sample: Sample, product: Product) -> None:
+        """Let plans be looked for in a product, now and then; a better one ends a dive."""
+        turn = product.depth if self.expanded < self._dive_ends else None
+        turn = turn if self._products.divides(product) else 0
+        enough = sample.look_in(self._graph, product, self.expanded, turn)
+        if enough < self.cost:
+            self.cost, self._dive_ends = enough, 0
 
     def _divide(self, product: Product) -> None:
         """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
         dives, parts = self.expanded < self._dive_ends, list[tuple[float, float, Product]]()
         for part in self._products.divided(product):
             key = self._key(part)
+            self._set_aside(key)
             if key < self.cost * (1.0 - SAME):
                 parts.append((self._margin(part) if dives else 0.0, key, part))
         parts.sort(key=lambda each: (-each[0], each[1]))
@@ -283,4 +296,5 @@ class CellSearch:
             self._trace(Expansion(q, placements, 0.0, f, why))
 
     def _event(self) -> None:
-        self._log.event(self.cost, min(self.bound, self._beyond), self.expanded, len(self._open))
+        cost = self.cost if self._sample is None else self._sample.cost
+        self._log.event(cost, min(self.bound, self._beyond), self.expanded, len(self._open))

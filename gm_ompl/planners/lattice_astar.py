@@ -10,7 +10,7 @@ from typing import ClassVar, TypeAlias, final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.errors import LimitError
+from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.closure import Closure
@@ -23,6 +23,7 @@ from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.tables import claim_tables
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
+from gm_ompl.planners.anywhere import solve_anywhere
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_parts import cheaper, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
@@ -176,6 +177,12 @@ class LatticePlanner(Planner):
     ) -> SearchResult:
         """Search for a plan of least cost on the problem's lattice; see ``Planner.solve``."""
         heuristic = self.settings.get("heuristic", "none")
+        if problem.fingers.anywhere is not None:
+            if heuristic != "lanes" or not has_lanes(problem, judge):
+                raise InputError(
+                    "fingers.placements.continuous needs astar's heuristic lanes, its default"
+                )
+            return solve_anywhere(problem, judge, budget.start(), report)
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
         make: MakeHeuristic = lambda judge, goals, _: TravelHeuristic(judge, goals)  # noqa: E731
@@ -191,6 +198,7 @@ class AStar(LatticePlanner):
     """A* (Sec. 4.4): over lanes and hubs where that applies, else with the heuristic (11)."""
 
     name: ClassVar[str] = "astar"
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(True, randomised=False, free=True, anywhere=True)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "heuristic",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, TypeAlias, final
 
 import numpy as np
@@ -14,7 +14,7 @@ from gm_ompl import clock, limits
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.limits import Limits
 from gm_ompl.planners.parameters import Parameter, checked
-from gm_ompl.problem import Move, Problem
+from gm_ompl.problem import Fingers, Move, Problem
 
 
 class Status(enum.Enum):
@@ -69,6 +69,12 @@ class Meter:
         self._started = clock.now()
         self._limits = Limits(budget.time_limit, budget.memory_limit_mb)
 
+    def within(self, iterations: int) -> Meter:
+        """Return a running meter of what is left of the time, for a part of the search."""
+        seconds = self.budget.time_limit
+        left = None if seconds is None else max(seconds - self.elapsed(), 1e-3)
+        return Meter(replace(self.budget, max_iterations=iterations, time_limit=left))
+
     def elapsed(self) -> float:
         """Return the wall time since the start, without what compiling took [s]."""
         return clock.now() - self._started
@@ -122,11 +128,13 @@ class PlannerSpecs:
         optimal: it proves (on the lattice) or approaches the optimum; else it stops at any plan.
         randomised: its result depends on the seed.
         free: it plans free motion, where a pose has no coordinates.
+        anywhere: it places fingers between the grid's placements, where a scenario asks for that.
     """
 
     optimal: bool
     randomised: bool
     free: bool = False
+    anywhere: bool = False
 
 
 @dataclass(frozen=True)
@@ -143,6 +151,7 @@ class SearchResult:
         statistics: at least ``time_s``, ``expanded``, ``generated``, ``mode_decisions`` and
             ``history``, a list of [time, cost or None, bound].
         others: plans that were found before the best, as far as they are kept, the cheapest first.
+        fingers: the hand whose placements the moves name, where that is not the problem's.
     """
 
     status: Status
@@ -152,6 +161,7 @@ class SearchResult:
     optimal: bool = False
     statistics: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[tuple[Move, ...], ...] = ()
+    fingers: Fingers | None = None
 
 
 class Planner(ABC):

@@ -29,6 +29,7 @@ from gm_ompl.graph import cell_bounds, hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
 from gm_ompl.holds.rows import Tables, settle
 from gm_ompl.mechanics import (
+    cell_modes,
     certificate,
     equilibrium,
     internal_force,
@@ -43,7 +44,7 @@ from gm_ompl.mechanics import (
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
 from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
-from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
+from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_points
 from gm_ompl.mechanics.cuts import CutPool, CutTables
 from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
 from gm_ompl.planners import lane_sources
@@ -210,6 +211,10 @@ def cells() -> None:
     cuts.add(0, LOAD, LOAD)
     tips, w, y = corner_columns(side, none, none, boxes), LOAD.copy(), LOAD.copy()
     cell_margin(ENV, LOAD, tips, F_MAX, DIRECTIONS, 0.0, w, 1.0, y)
+    corners = corner_points(np.zeros((1, 3, 3)), none, boxes)
+    cell_modes.squeezed(tips[:, :, :3].copy(), corners)
+    masks = cell_modes.largest_sets(1, 0)
+    cell_modes.mode_margin(ENV, LOAD, tips, F_MAX, DIRECTIONS, 0.0, w, 1.0, masks - masks, y)
     tables, _ = _tables(CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS))
     no, D = np.zeros((1, 1, 1), dtype=np.bool_), np.zeros((1, 2))
     room = cell_bounds.LaneRoom(none[None], np.ones((1, 1, 1)), no, np.ones((1, 1)), D)

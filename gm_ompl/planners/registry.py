@@ -111,8 +111,14 @@ def suited(planner: Planner, problem: Problem) -> None:
     """Refuse a planner that cannot plan a problem.
 
     Raises:
-        InputError: the motion is free, and the planner needs coordinates.
+        InputError: the motion is free, and the planner needs coordinates; or fingers may be
+            placed anywhere, and the planner knows the grid alone.
     """
+    if problem.fingers.anywhere is not None and not planner.specs.anywhere:
+        raise InputError(
+            f"{planner.name} places fingers on the grid alone; with fingers.placements.continuous "
+            "plan with astar, or remove that key"
+        )
     if planner.specs.free or not isinstance(problem.motion, FreeMotion):
         return
     raise InputError(

@@ -1,7 +1,6 @@
 """What a scenario's values must satisfy together, beyond each value's own kind.
 
-A check names the top-level sections it reads, so that it also runs where other sections are
-wrong: the user sees all mistakes at once.
+A check names the sections it reads: where others are wrong, all mistakes are seen at once.
 """
 
 from __future__ import annotations
@@ -13,11 +12,13 @@ import numpy as np
 from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
+from gm_ompl.scenario.anywhere_checks import anywhere_findings
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import BoxModel, MeshUse, per_finger
 from gm_ompl.scenario.free_checks import free_findings, free_lattice_findings
-from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, lattice_findings, motion_findings, one_of
+from gm_ompl.scenario.placements import Placed
 from gm_ompl.scenario.uncertain import FLOOR, uncertainty_findings
 
 MOST = 1e15
@@ -33,8 +34,7 @@ MOST_FRICTION = 1e4
 """The flattest cone: its edges are within 0.01 deg of the surface."""
 
 MOST_WEIGHTS = 1e5
-"""The strongest finger, in weights of the object: beyond, the tolerances of the mechanics, which
-count in weights, no longer tell its forces from nothing."""
+"""The strongest finger, in weights of the object: tolerances count in these."""
 
 BOX_FACES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
@@ -295,6 +295,7 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"motion", "lattice"}, lattice_findings),
     ({"motion", "lattice"}, free_lattice_findings),
     ({"mechanics", "cost"}, _cost),
+    ({"fingers", "mechanics", "motion", "hand", "uncertainty"}, anywhere_findings),
     ({"uncertainty", "friction", "fingers", "object", "environment"}, _uncertainty),
     ({"expect"}, _expect),
 )

@@ -42,6 +42,19 @@ class Strict(BaseModel):
     )
 
 
+SHARE = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)\s*%\s*", re.ASCII)
+
+
+def _share(value: object) -> object:
+    """Return "0.1%" as 0.001, a number as it is."""
+    match = SHARE.fullmatch(value) if isinstance(value, str) else None
+    if match:
+        return float(f"{float(match[1]) / 100.0:.15g}")
+    if isinstance(value, str):
+        raise PydanticCustomError("share", "must be a share, for example 0.1% or 0.001")
+    return value
+
+
 def _angle(value: object) -> float:
     if isinstance(value, str):
         match = ANGLE.fullmatch(value)
@@ -73,6 +86,19 @@ Angle: TypeAlias = Annotated[
     PlainSerializer(lambda angle: f"{angle!r} rad", return_type=str),
     WithJsonSchema(
         {"type": "string", "pattern": r"^\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*(deg|rad)\s*$"}
+    ),
+]
+Share: TypeAlias = Annotated[
+    float,
+    Field(strict=True, allow_inf_nan=False, ge=1e-6, le=1.0),
+    BeforeValidator(_share),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "minimum": 1e-6, "maximum": 1.0},
+                {"type": "string", "pattern": r"^\s*\+?[0-9.]+\s*%\s*$"},
+            ]
+        }
     ),
 ]
 AngleInterval: TypeAlias = Annotated[tuple[Angle, ...], Field(min_length=2, max_length=2)]

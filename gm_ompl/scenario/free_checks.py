@@ -10,8 +10,9 @@ from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import REST
 from gm_ompl.scenario.goals import ANY, FreeModel, GoalModel, RegionModel, turn_of
-from gm_ompl.scenario.model import MAX_COUNT, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding, foreign_steps, kind_of
+from gm_ompl.scenario.placements import MAX_COUNT
 
 GOAL: Path = ("motion", "goal")
 

@@ -6,13 +6,15 @@ import math
 
 import numpy as np
 
+from gm_ompl.geometry.patches import Anywhere
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import PlacementTable, face_areas, face_labels, placements, room
 from gm_ompl.problem import Fingers
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import per_finger
 from gm_ompl.scenario.messages import Notes
-from gm_ompl.scenario.model import Placed, ScenarioModel
+from gm_ompl.scenario.model import ScenarioModel
+from gm_ompl.scenario.placements import Placed
 from gm_ompl.scenario.shapes import is_mesh
 
 MAX_PLACEMENTS = 200_000
@@ -65,12 +67,19 @@ def make_fingers(model: ScenarioModel, body: Body, notes: Notes) -> Fingers | No
         transit=model.fingers.transit,
         leave=model.fingers.leave,
         named=model.hand is not None,
+        anywhere=_anywhere(model, names),
     )
+
+
+def _anywhere(model: ScenarioModel, names: tuple[str, ...]) -> Anywhere | None:
+    given = model.fingers.placements.continuous
+    return None if given is None else Anywhere(names, given.margin, given.gap)
 
 
 def margin_of(model: ScenarioModel, body: Body) -> float:
     """Return the least distance of a placement from its face's rim."""
-    margin = model.fingers.placements.margin
+    chosen = model.fingers.placements
+    margin = chosen.margin if chosen.continuous is None else chosen.continuous.margin
     if margin is not None:
         return margin
     return MESH_MARGIN * body.diagonal if is_mesh(model.object.shape) else 0.0
@@ -119,7 +128,11 @@ def _no_placement(model: ScenarioModel, body: Body, names: tuple[str, ...], note
             "leaves the fingers no placement: with this grid and these faces it must be at most "
             f"{_rounded_down(widest, body.diagonal):g}"
         )
-        _blame("margin", chosen.margin, margin_of(model, body), wanted, notes)
+        if chosen.continuous is not None:
+            path = (*WHERE, "continuous", "margin")
+            notes.wrong(path, chosen.continuous.margin, wanted)
+        else:
+            _blame("margin", chosen.margin, margin_of(model, body), wanted, notes)
         return
     wanted = (
         "leaves the fingers no placement: every cell's centre is off its face, in a hole or under "

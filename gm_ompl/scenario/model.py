@@ -7,7 +7,7 @@ their unit and are radians here. ``docs/reference/scenario.md`` explains every k
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -30,19 +30,15 @@ from gm_ompl.scenario.fields import (
     Text,
     Vector,
     Whole,
-    WordOr,
     said,
 )
 from gm_ompl.scenario.goals import AnyGoal, FreeModel
 from gm_ompl.scenario.hand_model import RobotModel
+from gm_ompl.scenario.placements import Count, FaceName, Hand, PlacementsModel
 from gm_ompl.scenario.uncertain import UncertaintyModel
 
 FORMAT = "gm-ompl-scenario/1"
 MAX_FINGERS = 5
-MAX_COUNT = 1_000_000
-"""No lattice axis and no grid side is longer than this."""
-
-Count: TypeAlias = Annotated[Whole, Field(ge=1, le=MAX_COUNT)]
 
 
 class ObjectModel(Strict):
@@ -59,37 +55,6 @@ class FrictionModel(Strict):
 
     environment: NotNegative = said("of all contacts with floor and obstacles, 0 to 10,000")
     finger: OneOrMany[NotNegative] = said("of the fingertips: one for all, or one each")
-
-
-FaceName: TypeAlias = WordOr[Text, Whole]
-
-
-class Placed(Strict):
-    """One fingertip placement."""
-
-    face: FaceName = said("its name or number")
-    cell: Annotated[
-        tuple[Annotated[Whole, Field(ge=0)], ...], Field(min_length=2, max_length=2)
-    ] = said("of the grid on the face, counted from 0")
-
-
-Hand: TypeAlias = WordOr[Literal["any"], tuple[WordOr[Literal["any"], Placed], ...]]
-
-
-class PlacementsModel(Strict):
-    """The grid of placements on the object's faces."""
-
-    grid: Annotated[tuple[Count, ...], Field(min_length=2, max_length=2)] = said(
-        "cells along the face's two axes; a placement in the middle of each", (7, 7)
-    )
-    faces: WordOr[Literal["all"], Annotated[tuple[FaceName, ...], Field(min_length=1)]] = said(
-        "their names: +x, -x, ... of a box, else numbers", "all"
-    )
-    margin: NotNegative | None = said("least distance from a face's rim", None)
-    smallest_face: Annotated[NotNegative, Field(lt=1)] | None = Field(
-        default=None,
-        description="faces with less than this part of the surface get no placements",
-    )
 
 
 class FingersModel(Strict):

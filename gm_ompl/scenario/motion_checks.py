@@ -10,8 +10,9 @@ from gm_ompl.motion.planar import FULL_TURN
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import Located, PoseModel, Strict
 from gm_ompl.scenario.goals import GoalModel, RegionModel
-from gm_ompl.scenario.model import MAX_COUNT, MotionModel, ScenarioModel, StepsModel
+from gm_ompl.scenario.model import MotionModel, ScenarioModel, StepsModel
 from gm_ompl.scenario.motions import goal_tilt, goal_yaw, start_yaw
+from gm_ompl.scenario.placements import MAX_COUNT
 
 Finding: TypeAlias = tuple[Path, object, str]
 """Path, value (or ``...`` where the message needs none), what would be right."""

@@ -9,7 +9,7 @@ import numpy as np
 from gm_ompl.arrays import Array, cross
 from gm_ompl.geometry.solids import Body
 from gm_ompl.geometry.surface import Face, faces_of
-from gm_ompl.planfile.model import PlacementRecord
+from gm_ompl.planfile.model import PlacementRecord, Spot
 from gm_ompl.uncertainty.worlds import shifts
 
 PARALLEL = 1e-12  # an edge that runs along the shift, but for this part of its length, is not met
@@ -20,11 +20,11 @@ class Rims:
 
     def __init__(self, body: Body) -> None:
         self._faces: dict[str, Face] = dict(faces_of(body))
-        self._known: dict[tuple[str, tuple[int, int]], Array] = {}
+        self._known: dict[Spot, Array] = {}
 
     def room(self, placement: PlacementRecord) -> Array:
         """Return how far the contact may go along both tangents, (2, 2): backward, forward."""
-        key = (placement.face, placement.cell)
+        key = placement.spot
         if key not in self._known:
             normal = np.array([placement.normal])
             tangents = [shifts(normal, np.array([along]))[0] for along in ((1.0, 0.0), (0.0, 1.0))]

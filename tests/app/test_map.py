@@ -74,7 +74,7 @@ def test_a_plans_step(tmp_path: Path) -> None:
             rows = json.loads(out)["fingers"][0]["placements"]
             least = min(segment.z for segment in step.segments)
             for place in step.placements:
-                here = (place.face, list(place.cell))
+                here = (place.face, list(place.cell or ()))
                 z = next(row["z"] for row in rows if (row["face"], row["cell"]) == here)
                 assert z >= least * (1.0 - 1e-6)
     code, _, err = run("map", str(path), "--step", "99")

@@ -222,7 +222,7 @@ def test_check_refuses_a_first_touch_in_a_pocket() -> None:
     report = gm_ompl.check(plan.model_copy(update={"scenario": asked}))
     assert [v.topic for v in report.violations] == ["first touches"]
     assert "pocket" in report.violations[0].message
-    given = [{"face": p.face, "cell": list(p.cell)} for p in plan.steps[0].placements]
+    given = [{"face": p.face, "cell": list(p.cell or ())} for p in plan.steps[0].placements]
     standing = {**asked, "fingers": {**asked["fingers"], "start": given}}
     assert gm_ompl.check(plan.model_copy(update={"scenario": standing})).holds
 

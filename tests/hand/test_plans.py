@@ -121,7 +121,7 @@ def test_fingertips_alone_plan_what_the_robot_cannot(push: Scenario, tree: dict[
     assert free.status == "solved" and problem.hand is not None
     reach, table = hand_reach(problem, problem.hand), problem.fingers.placements
     pose, first = problem.motion.pose(problem.start), free.steps[0].placements
-    rows = [table.find(record.face, record.cell) for record in first]
+    rows = [record.row(table) for record in first]
     found = [reach.configuration(pose, i, row) for i, row in enumerate(rows) if row is not None]
     assert any(q is None for q in found)
 

@@ -92,13 +92,13 @@ def through_air(plan: Plan) -> list[Violation]:
     refused = list[Violation]()
     for number, step in enumerate(plan.steps):
         found = Findings(number)
-        places = [table.find(record.face, record.cell) for record in step.placements]
+        places = [record.row(table) for record in step.placements]
         rows = tuple(row for row in places if row is not None)
         assert len(rows) == problem.fingers.count
         if number == 0:
             check_landing(recheck, problem.motion.pose(problem.start), rows, found)
         if isinstance(step, RegraspStep):
-            target = table.find(step.to.face, step.to.cell)
+            target = step.to.row(table)
             assert target is not None
             pose = problem.motion.pose(step.at)
             check_way(recheck, step, (rows, target), pose, found)

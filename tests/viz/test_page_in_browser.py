@@ -64,7 +64,7 @@ def test_the_page_shows_what_the_plan_says(
             np.testing.assert_allclose(finger["position"], centre, atol=1e-9)
             assert finger["looks"] == [modes[i] or "lifted"] == [row[2]]
             assert finger["arrow"] == pytest.approx((forces[i] or 0.0) / limit[i])
-            assert row[1].startswith(f"{place.face} [{place.cell[0]}, {place.cell[1]}]")
+            assert row[1].startswith(place.words)
             shown = None if row[3] == "\u2013" else float(row[3])
             assert shown == (None if forces[i] is None else pytest.approx(forces[i], rel=1e-3))
         assert float(state["text"]["z"]) == pytest.approx(z, rel=1e-3)

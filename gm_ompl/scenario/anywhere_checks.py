@@ -1,0 +1,31 @@
+"""What a scenario with continuous placements needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gm_ompl.scenario.document import Path
+from gm_ompl.scenario.model import ScenarioModel
+from gm_ompl.scenario.motion_checks import Finding
+
+
+def anywhere_findings(model: ScenarioModel) -> Iterator[Finding]:
+    """Say what continuous placements need, and what they cannot be had with."""
+    placements, where = model.fingers.placements, ("fingers", "placements", "continuous")
+    if placements.continuous is None:
+        return
+    if placements.margin is not None:
+        path: Path = ("fingers", "placements", "margin")
+        yield path, placements.margin, "is given by continuous.margin already; remove it"
+    if model.mechanics.z_min <= 0.0:
+        wanted = "must be positive with fingers.placements.continuous"
+        yield ("mechanics", "z_min"), model.mechanics.z_min, wanted
+    for given, key in (
+        (model.motion.path is None, "motion.path, and other motions are not offered"),
+        (model.hand is not None, "fingertips alone: remove hand"),
+        (model.uncertainty is not None, "a certain world: remove uncertainty"),
+        (model.mechanics.backend != "kernel", "mechanics.backend: kernel"),
+        (model.fingers.count == 0, "a finger: raise fingers.count"),
+    ):
+        if given:
+            yield where, ..., f"needs {key}"
