@@ -181,8 +181,7 @@ def _cost(model: ScenarioModel) -> Iterator[Finding]:
     if floor is not None and floor < LEAST:
         yield ("cost", "z_floor"), floor, f"must be >= {LEAST:g}; use other units"
     elif floor is not None and 0.0 < z_min < floor <= MOST:
-        wanted = f"must be at most mechanics.z_min, {z_min:g}; it counts where z_min is smaller: 0"
-        yield ("cost", "z_floor"), floor, wanted
+        yield ("cost", "z_floor"), floor, f"must be <= mechanics.z_min, {z_min:g}, where it is > 0"
 
 
 def _hand(model: ScenarioModel, path: Path, hand: Iterable[object]) -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gm_ompl
-from gm_ompl.scenario.load import shipped
+from tests.executed import PROVEN
 from tests.verify.counting import Result, count
 from tests.verify.resting import hull_in_resting_poses, notched_bar_in_resting_poses
 
@@ -28,7 +28,7 @@ def rest_meshes(instance: int) -> Result:
     return Result(worst <= 1e-12, worst, f"seed {instance}")
 
 
-@count(instances=RANDOM + len(shipped()))
+@count(instances=RANDOM + len(PROVEN))
 def contact_tolerances(instance: int) -> Result:
     """Contacts up to 1e-5 D give the cost that contacts up to 1e-7 D give (worst: difference)."""
     if instance < RANDOM:
@@ -38,7 +38,7 @@ def contact_tolerances(instance: int) -> Result:
         if family == "chain":
             scenario = gm_ompl.load(name, {**COARSE, "lattice.segments": [4, 4, 4]})
     else:
-        name = shipped()[instance - RANDOM]
+        name = PROVEN[instance - RANDOM]
         scenario = gm_ompl.load(name)
     wide, narrow = (
         gm_ompl.plan(scenario.with_({"mechanics.contact_tolerance": value}), max_iterations=LIMIT)
