@@ -30,6 +30,8 @@ AHEAD: Final = 0.98
 RISE: Final = 0.15
 """Time to reach that speed [s]."""
 
+ROUNDING: Final = 0.05
+"""Time over which hinges turn from one part of a way into the next that leads straight on [s]."""
 
 FADE: Final = 0.1
 """Time constant in which a lifted fingertip forgets how far it rolled [s]."""
@@ -136,7 +138,7 @@ class HandWays:
                 along = progress(float(ends[-1]), SPEED, RISE, self._dt)
                 columns = [np.interp(along, ends, column) for column in way.T]
                 parts.append(np.stack(columns, axis=1))
-        joints = np.concatenate(parts)
+        joints = _rounded(np.concatenate(parts), max(1, round(ROUNDING / self._dt)))
         return AirWay(joints, self._tips(joints))
 
     def followed(self, line: Timeline) -> Timeline:
@@ -171,6 +173,16 @@ class HandWays:
         """
         against = np.array([spun - self._model.turning(i) @ turned for i in range(len(normal))])
         return np.asarray(np.cross(against, self._radius[:, None] * normal))
+
+
+def _rounded(rows: Array, count: int) -> Array:
+    """Return means of so many rows (m, k) after each other; the way begins and ends as it did.
+
+    Where a way bends at full speed, hinges would jump from one rate to another.
+    """
+    padded = np.concatenate([rows[:1].repeat(count, axis=0), rows, rows[-1:].repeat(count, axis=0)])
+    sums = np.cumsum(np.concatenate([np.zeros_like(rows[:1]), padded]), axis=0)
+    return np.asarray((sums[count:] - sums[:-count]) / count)
 
 
 def _straight_parts(rows: Array) -> Iterator[Array]:

@@ -18,6 +18,7 @@ from gm_ompl.planfile.model import Plan
 from gm_ompl.simulation.bag import write_bag
 from gm_ompl.simulation.execute import execute, prepare
 from gm_ompl.simulation.export import instant_mode
+from gm_ompl.simulation.hand_ways import RISE, ROUNDING, SPEED, HandWays
 from gm_ompl.simulation.play import DAMPING, STIFFNESS
 from gm_ompl.simulation.schedule import schedule
 from gm_ompl.simulation.timeline import PHASES, Pace, Timeline
@@ -32,6 +33,22 @@ def test_the_robot_does_it(pushed: Plan) -> None:
     assert report.end_position <= 3e-3 and report.end_angle <= 2.0
     assert len(report.torque) == 9 and max(report.torque.values()) <= 1.0
     assert report.touching == ()
+
+
+def test_hinges_turn_smoothly_through_the_air(pushed: Plan) -> None:
+    """Ways begin and end as planned; where one bends by 10 deg, no hinge's rate jumps."""
+    problem = problem_of(pushed)
+    assert problem.hand is not None and pushed.hand is not None
+    rows = np.repeat([pushed.hand.retreat[-1]], 3, axis=0)
+    rows[1:, 0] += 0.3
+    rows[2, :2] += 0.3 * np.cos(np.radians(10.0)), 0.3 * np.sin(np.radians(10.0))
+    record = pushed.hand.model_copy(update={"retreat": rows.tolist()})
+    for dt in (5e-4, 2e-3, 0.2):
+        joints = HandWays(record, problem, dt).retreat().joints
+        assert np.abs(joints[[0, -1]] - rows[[0, -1]]).max() <= 1e-9
+        jumps = np.abs(np.diff(joints, n=2, axis=0)) / dt
+        least = SPEED * problem.hand.speed * (dt / ROUNDING + dt / RISE)
+        assert (jumps <= 1.01 * least).all() or dt > ROUNDING
 
 
 def read_back(folder: Path) -> dict[str, list[Any]]:
