@@ -22,8 +22,6 @@ class FreeMotions(HybridMotions):
         free: the model.
     """
 
-    hurries = True
-
     def __init__(self, model: FreeHybridModel, start: HybridState) -> None:
         super().__init__(model, start)
         self.free = model

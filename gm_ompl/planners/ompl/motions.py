@@ -47,9 +47,6 @@ class HybridMotions(ABC):
         hurried: whether the search is after a first plan, and only that.
     """
 
-    hurries = False
-    """Whether motions cost too much to be compared before there is a plan."""
-
     def __init__(self, model: HybridModel, start: HybridState) -> None:
         self.model, self.starts = model, {start}
         self.asked = self.valid = 0
@@ -89,7 +86,7 @@ class HybridMotions(ABC):
 
     def compared(self, origin: HybridState, target: HybridState) -> float:
         """Return what a motion costs, as ``cost``; in a hurry +inf where it was never checked."""
-        if self.hurries and (origin, target) not in self._checked and self.hurried():
+        if (origin, target) not in self._checked and self.hurried():
             return math.inf
         return self.cost(origin, target)
 
