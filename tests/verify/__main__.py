@@ -20,7 +20,7 @@ HEADER = """# Verification
 Claims tried on many instances by `make verify`, which writes this page and goes on where it was
 stopped. An instance is a seed: `python -m tests.verify NAME` does one count alone. The last column
 has a hash of the sources that the count reached when it was done; rows of counts that were not
-done again since stand as they were. A count that was never done in full has no instances.
+done again since stand as they were. A count done in part says of how many instances.
 
 """
 
