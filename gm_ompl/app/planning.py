@@ -21,6 +21,7 @@ from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
 from gm_ompl.planfile.words import chain
 from gm_ompl.planners.planner import Progress, Status
+from gm_ompl.planners.registry import is_exact
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
@@ -162,7 +163,8 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"{name}: {Status(plan.status).sentence}{claims}"
         if ended_by := (plan.statistics.model_extra or {}).get("ended_by"):
             yield f"  ended by     {ended_by}"
-        if plan.status == Status.BUDGET.value and plan.planner in ("astar", "dijkstra"):
+        continuous = plan.scenario["fingers"]["placements"].get("continuous")
+        if plan.status == Status.BUDGET.value and is_exact(plan.planner) and not continuous:
             yield "  may find one --planner HybridRRTConnect, without a proof of the least cost"
     else:
         proven = f"proven optimal on the lattice{over}"

@@ -180,16 +180,19 @@ class Cells:
 
     def _grow(self) -> None:
         """Make room for twice as many cells."""
-        tables = self.tables
-        self.boxes = CellBoxes(doubled(self.boxes.sides, 0), np.tile(self.boxes.faces, 2))
-        self.tables = tables._replace(
-            free=np.tile(tables.free, (1, 2, 1)),
-            lengths=doubled(tables.lengths, 1),
-            node_free=np.tile(tables.node_free, (1, 2, 1)),
-        )
+        self.boxes, self.tables = grown(self.boxes, self.tables)
         self._middles, self._arms = doubled(self._middles, 1), doubled(self._arms, 0)
 
 
 def doubled(array: Array, axis: int) -> Array:
     """Return an array with room for twice as many along an axis."""
     return np.concatenate([array, np.empty_like(array)], axis=axis)
+
+
+def grown(boxes: CellBoxes, tables: Tables) -> tuple[CellBoxes, Tables]:
+    """Return boxes and tables of cells with room for twice as many."""
+    return CellBoxes(doubled(boxes.sides, 0), np.tile(boxes.faces, 2)), tables._replace(
+        free=np.tile(tables.free, (1, 2, 1)),
+        lengths=doubled(tables.lengths, 1),
+        node_free=np.tile(tables.node_free, (1, 2, 1)),
+    )

@@ -13,7 +13,7 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.patches import Patch
 from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.holds.cells import FIRST, ROUNDING, doubled
+from gm_ompl.holds.cells import FIRST, ROUNDING, doubled, grown
 from gm_ompl.holds.tables import ArcTable
 from gm_ompl.mechanics.cell_cuts import CellBoxes
 
@@ -208,13 +208,7 @@ class FaceCells:
 
     def _grow(self) -> None:
         """Make room for twice as many cells."""
-        tables = self.tables
-        self.boxes = CellBoxes(doubled(self.boxes.sides, 0), np.tile(self.boxes.faces, 2))
-        self.tables = tables._replace(
-            free=np.tile(tables.free, (1, 2, 1)),
-            lengths=doubled(tables.lengths, 1),
-            node_free=np.tile(tables.node_free, (1, 2, 1)),
-        )
+        self.boxes, self.tables = grown(self.boxes, self.tables)
         self._middles, self._arms = doubled(self._middles, 1), doubled(self._arms, 0)
 
 

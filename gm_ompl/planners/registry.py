@@ -86,6 +86,12 @@ class _Planners(Mapping[str, type[Planner]]):
 PLANNERS: Final = _Planners()
 
 
+def is_exact(name: str) -> bool:
+    """Whether ``name`` is a planner that draws nothing at random; False for one not known here."""
+    planner = PLANNERS.get(name)
+    return planner is not None and not planner.specs.randomised
+
+
 def make_planner(name: str, parameters: Mapping[str, Any] | None = None) -> Planner:
     """Return the planner called ``name``.
 
