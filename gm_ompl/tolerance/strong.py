@@ -108,14 +108,19 @@ def strong(plan: Plan, problem: Problem) -> StrongReport:
     found = []
     for site in sites(plan, problem):
         if site.key not in known:
-            known[site.key] = _margins(site)
+            known[site.key] = margins_at(site)
         z, held = known[site.key]
         found.append(StrongSite(site.step, site.segment, z, held.z, held.modes, held.wrench))
     return StrongReport(problem.name, tuple(found))
 
 
-def _margins(site: Site) -> tuple[float, StrongMargin]:
-    """Return z and what is strongly held."""
+def margins_at(site: Site) -> tuple[float, StrongMargin]:
+    """Return z and what is strongly held at an instant of a plan.
+
+    Raises:
+        SolverError: the solver returned no answer.
+        LimitError: a limit in force is reached.
+    """
     commands = [
         float(f) if mode is ControlMode.FORCE else None
         for f, mode in zip(site.f_com, site.modes, strict=True)
