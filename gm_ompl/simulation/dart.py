@@ -118,10 +118,10 @@ class Dart:
 
     def _pass_through(self, bodies: list[Any]) -> None:
         """Keep all but the object from touching each other."""
-        apart = self._dart.collision.BodyNodeCollisionFilter()
+        # The option is a copy, its filter the solver's own: a filter put in its place is lost.
+        apart = self._simulated.getConstraintSolver().getCollisionOption().collisionFilter
         for one, other in combinations(bodies, 2):
             apart.addBodyNodePairToBlackList(one, other)
-        self._simulated.getConstraintSolver().getCollisionOption().collisionFilter = apart
 
     def _solid(self, vertices: Array) -> tuple[Any, Array]:
         """Return a convex piece's shape and where its middle is."""

@@ -77,6 +77,19 @@ def test_what_is_no_box_rests_on_its_face(cork_plan: Plan, engine: EngineName) -
     assert bar.normal_forces() == pytest.approx([0.5, 0.0], abs=0.02)
 
 
+@pytest.mark.parametrize("engine", ["mujoco", "dart"])
+def test_fingertips_touch_the_object_alone(cork_plan: Plan, engine: EngineName) -> None:
+    """Fingertips in the floor, in a wall and in each other stay where they are."""
+    wall = np.array([[x, y, z] for x in (0.9, 1.1) for y in (-1.0, 1.0) for z in (0.0, 1.0)])
+    world = replace(prepare(cork_plan).world, obstacles=(wall,))
+    inside = np.array([[0.9, 0.0, 0.0], [0.9, 0.0, 1.5 * world.radius[0]]])
+    physics = start(engine, world, np.array([0.0, 0.0, 0.05]), UPRIGHT, inside)
+    for _ in range(200):
+        physics.step(np.zeros((2, 3)), UPRIGHT, np.zeros(3))
+    assert physics.centres == pytest.approx(inside, abs=1e-9)
+    assert physics.normal_forces() == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
 def test_dart_goes_on_where_it_was(slide_plan: Plan) -> None:
     """A state taken up again leads to the same future, to the last bit."""
     player = prepare(slide_plan, engine="dart").player()
