@@ -11,27 +11,22 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Final, TypeAlias, final
-
-import numpy as np
+from typing import Final, final
 
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.geometry.patches import frames, loose, patches
-from gm_ompl.geometry.surface import PlacementTable
+from gm_ompl.geometry.patches import frames
 from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.cell_products import Product
 from gm_ompl.holds.face_cells import FaceCells
+from gm_ompl.holds.spots import NamedPoints, Spot, Spots, rows_of
 from gm_ompl.planners.cell_search import CellSearch
 from gm_ompl.planners.lane_parts import part_search
 from gm_ompl.planners.outcome import PROVEN, Log, without_search
 from gm_ompl.planners.planner import Meter, Report, SearchResult, Status, silent
 from gm_ompl.planners.trace import tracer
-from gm_ompl.problem import Displacement, Move, Problem
-
-Spot: TypeAlias = tuple[int, tuple[float, float, float]]
-"""A patch, and a point on it."""
+from gm_ompl.problem import Move, Problem
 
 ON_GRID: Final = 500
 """Lanes or products expanded at most for a first plan on the grid."""
@@ -128,7 +123,8 @@ class PointPlans:
         where = problem.fingers.anywhere
         assert where is not None, "the scenario asks for it"
         self._problem, self._judge, self._log, self._where = problem, judge, log, where
-        self.patches = patches(problem.body, where.faces, where.margin)
+        self._points = Spots(problem)
+        self.patches = self._points.patches
         self.cost, self.decisions = math.inf, 0
         assert isinstance(judge.backend, KernelBackend), "the scenario asks for it"
         self.backend = judge.backend
@@ -174,54 +170,19 @@ class PointPlans:
         ):
             before = self.cost
             little = 0.1 * self._where.gap * before
-            if not self._look_at(self._around(reach)) or before - self.cost < little:
+            near = self._points.around(self._spots(), reach)
+            if not self._look_at(near) or before - self.cost < little:
                 reach /= 2.0
-
-    def _around(self, reach: float) -> list[Spot]:
-        """Return the best plan's placements and points around them, in half sizes of the face."""
-        steps = np.array([[i, j] for i in (0, -1, 1) for j in (0, -1, 1)])
-        spots = []
-        for f, point in self._spots():
-            patch = self.patches[f]
-            half = patch.rectangle.half
-            place = patch.places(np.array([point]))
-            near = np.clip(place + reach * steps * half, -half, half)
-            near[0] = place
-            points = patch.points(near)
-            points[0] = point
-            spots += [(f, tuple(p)) for p in points.tolist()]
-        return spots
 
     def _spots(self) -> list[Spot]:
         """Return where the best plan has its fingers, each place once."""
-        rows = dict.fromkeys(row for move in self._moves for row in _rows(move))
-        numbers = [patch.number for patch in self.patches]
-        return [
-            (numbers.index(int(self._table.face[row])), tuple(self._table.points[row].tolist()))
-            for row in rows
-        ]
+        return [self._points.of(self._table, row) for row in rows_of(self._moves)]
 
     def _look_at(self, spots: Sequence[Spot]) -> bool:
         """Search over these points and the placements that the hand must start and end at."""
-        hand = self._problem.fingers
-        spots = list(dict.fromkeys(spots))
-        kept = [spot for spot in spots if self._offers(spot)]
-        given = sorted({row for row in (*hand.start, *hand.goal) if row is not None})
-        which, points = [f for f, _ in kept], np.array([p for _, p in kept]).reshape(-1, 3)
-        table = hand.placements.at(given)
-        if len(points):
-            table = table.joined(loose(self.patches, which, points, table.labels))
-        start, goal = (
-            tuple(None if row is None else given.index(row) for row in rows)
-            for rows in (hand.start, hand.goal)
-        )
-        placed = dataclasses.replace(hand, placements=table, start=start, goal=goal)
-        problem = dataclasses.replace(self._problem, fingers=placed)
+        problem = self._points.placed(spots)
         judge = self._judge.of_hand(problem, self.backend.of_hand(problem))
         return self._take(problem, judge, ON_POINTS)
-
-    def _offers(self, spot: Spot) -> bool:
-        return bool(self.patches[spot[0]].offers(np.array([spot[1]]))[0])
 
     def _take(self, problem: Problem, judge: Judge, most: int) -> bool:
         """Search over a problem's placements; whether its plan is better than the best."""
@@ -240,40 +201,15 @@ class PointPlans:
         statistics = {**statistics, "mode_decisions": self.decisions}
         if not self._moves and self.cost == math.inf:
             return SearchResult(status, lower_bound=bound, statistics=statistics)
-        hand, moves = self._problem.fingers, self._moves
-        table, rows = hand.placements, dict[int, int]()
-        for row in dict.fromkeys(row for move in moves for row in _rows(move)):
-            known = _found(table, self._table, row)
-            if known is None:
-                table = table.joined(self._table.at([row]))
-                known = len(table) - 1
-            rows[row] = known
+        named = NamedPoints(self._problem.fingers)
+        moves = named.named(self._moves, self._table)
         bound = min(bound, self.cost)
         return SearchResult(
             status=status,
-            moves=tuple(_renamed(move, rows) for move in moves),
+            moves=moves,
             cost=self.cost,
             lower_bound=bound,
             optimal=self.cost <= bound * (1.0 + PROVEN),
             statistics={**statistics, "gap": self.cost / bound - 1.0 if bound > 0.0 else None},
-            fingers=dataclasses.replace(hand, placements=table),
+            fingers=named.fingers,
         )
-
-
-def _rows(move: Move) -> tuple[int, ...]:
-    """Return the placements that a move names."""
-    return move.placements if isinstance(move, Displacement) else (*move.placements, move.target)
-
-
-def _renamed(move: Move, rows: dict[int, int]) -> Move:
-    """Return a move with its placements' rows in another table."""
-    placements = tuple(rows[row] for row in move.placements)
-    if isinstance(move, Displacement):
-        return dataclasses.replace(move, placements=placements)
-    return dataclasses.replace(move, placements=placements, target=rows[move.target])
-
-
-def _found(table: PlacementTable, other: PlacementTable, row: int) -> int | None:
-    """Return where one table has another's placement of a grid."""
-    label = other.labels[int(other.face[row])]
-    return table.find(label, other.cell[row].tolist())

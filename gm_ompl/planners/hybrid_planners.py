@@ -7,7 +7,7 @@ import math
 from abc import abstractmethod
 from collections import deque
 from collections.abc import Sequence
-from typing import ClassVar, Protocol, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -31,30 +31,14 @@ from gm_ompl.planners.planner import (
 from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.anytime import Anytime
-from gm_ompl.sampling.explorer import Course, Explorer, FirstPlan
+from gm_ompl.sampling.anywhere import AnywhereSearch, Search
+from gm_ompl.sampling.explorer import Explorer, FirstPlan
+from gm_ompl.sampling.placing import Placing
 from gm_ompl.sampling.settings import ExploringSettings, ImprovingSettings
 from gm_ompl.sampling.stages import Refinement
 
 KEPT = 8
 """Plans that a search hands out, the best included."""
-
-
-class Search(Protocol):
-    """A search that goes on an iteration at a time."""
-
-    cost: float
-    moves: tuple[Move, ...]
-
-    @property
-    def branches(self) -> int:
-        """How much it has gathered."""
-
-    @property
-    def courses(self) -> Sequence[Course]:
-        """The routes tried so far, with the trees grown along them."""
-
-    def step(self, stop: Stop) -> bool:
-        """Do one iteration; return whether the best plan changed."""
 
 
 def searched(search: Search, log: Log, growth: Growth | None, patience: int | None) -> SearchResult:
@@ -119,12 +103,26 @@ class HybridPlanner(Planner):
         Without a limit on time or iterations, a search for ever better plans ends ``patience``
         iterations after the last improvement.
         """
-        log, trace = Log(budget.start(), judge, report), tracer(report)
+        meter, trace = budget.start(), tracer(report)
         growth = None if trace is None else Growth(problem, trace)
+        log = Log(meter, judge, report)
+        anywhere: AnywhereSearch | None = None
         try:
-            if impossible(problem, judge):
+            if problem.fingers.anywhere is not None:
+                placing = Placing(judge)
+                log = Log(meter, placing, report)
+                search: Search = (
+                    anywhere := AnywhereSearch(
+                        placing,
+                        problem,
+                        lambda judge, moves: self.make_search(judge, rng, moves),
+                        rng,
+                    )
+                )
+            elif impossible(problem, judge):
                 return without_search(Status.INFEASIBLE, math.inf, log.meter)
-            search = self.make_search(judge, rng)
+            else:
+                search = self.make_search(judge, rng)
         except LimitError as stopped:
             return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
         except KeyboardInterrupt:
@@ -132,21 +130,31 @@ class HybridPlanner(Planner):
         limited = budget.time_limit is not None or budget.max_iterations is not None
         anytime = self.specs.optimal and limited
         patience = None if anytime else int(self.settings.get("patience", 0))
-        return searched(search, log, growth, patience)
+        result = searched(search, log, growth, patience)
+        return result if anywhere is None else dataclasses.replace(result, fingers=anywhere.fingers)
 
     @abstractmethod
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
-        """Return the search."""
+    def make_search(
+        self, judge: Judge, rng: np.random.Generator, moves: Sequence[Move] = ()
+    ) -> Search:
+        """Return the search, from a plan on where there is one."""
 
 
 class FirstPlanPlanner(HybridPlanner):
     """A search by one tree or two that ends with its first plan."""
 
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=False, randomised=True, free=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(
+        optimal=False, randomised=True, free=True, anywhere=True
+    )
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ExploringSettings)
     two_trees: ClassVar[bool]
 
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
+    def make_search(
+        self,
+        judge: Judge,
+        rng: np.random.Generator,
+        moves: Sequence[Move] = (),  # noqa: ARG002 (it ends with a plan)
+    ) -> Search:
         """Return the search."""
         settings = ExploringSettings(**self.settings)
         return FirstPlan(judge, Explorer(judge, self.two_trees, settings, rng))
@@ -173,12 +181,19 @@ class HybridRRTstar(HybridPlanner):
     """Two trees to a first plan, then ever better ones until the budget is spent."""
 
     name: ClassVar[str] = "HybridRRTstar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(optimal=True, randomised=True, free=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(
+        optimal=True, randomised=True, free=True, anywhere=True
+    )
     parameters: ClassVar[tuple[Parameter, ...]] = parameters_of(ImprovingSettings)
 
-    def make_search(self, judge: Judge, rng: np.random.Generator) -> Search:
+    def make_search(
+        self, judge: Judge, rng: np.random.Generator, moves: Sequence[Move] = ()
+    ) -> Search:
         """Return a search that goes on from plan to plan."""
-        return Anytime(judge, ImprovingSettings(**self.settings), rng)
+        search = Anytime(judge, ImprovingSettings(**self.settings), rng)
+        if moves:
+            search.begin(moves)
+        return search
 
 
 def impossible(problem: Problem, judge: Judge) -> bool:

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, final
+from typing import Any, Protocol, final
 
-from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status, silent
 from gm_ompl.problem import Move
 
 PROVEN = 1e-6
 """A plan is optimal where its cost is at most the lower bound times 1 + PROVEN."""
+
+
+class Deciding(Protocol):
+    """Whoever makes mode decisions."""
+
+    @property
+    def mode_decisions(self) -> int:
+        """How many so far."""
 
 
 @final
@@ -28,7 +35,9 @@ class Log:
         history: [time, cost or None, bound] of every event.
     """
 
-    def __init__(self, meter: Meter, judge: Judge | None = None, report: Report = silent) -> None:
+    def __init__(
+        self, meter: Meter, judge: Deciding | None = None, report: Report = silent
+    ) -> None:
         self.meter, self.history = meter, list[list[float | None]]()
         self._judge, self._report, self._next_event = judge, report, 0.0
         self._before = 0 if judge is None else judge.mode_decisions

@@ -21,6 +21,7 @@ from gm_ompl.problem import Move, Placements
 from gm_ompl.sampling.explorer import Course, Explorer
 from gm_ompl.sampling.lane_sample import CHEAPER, LaneSample
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw, as_sets
+from gm_ompl.sampling.plan_way import way_and_legs
 from gm_ompl.sampling.settings import ImprovingSettings
 from gm_ompl.sampling.stages import Refinement
 
@@ -167,6 +168,14 @@ class Anytime:
     def courses(self) -> Sequence[Course]:
         """The routes tried so far."""
         return self._explorer.courses
+
+    def begin(self, moves: Sequence[Move]) -> None:
+        """Go on from a plan, its placements by the rows of this problem's table."""
+        way, legs = way_and_legs(self._judge.problem, moves)
+        self._accept(self._explorer.adopted(way), legs)
+        cost = math.fsum(move.cost for move in moves)
+        if self._refinement is not None and self._keep(cost, tuple(moves)):
+            self._refinement = Refinement(self._judge.problem, self._judge, moves, self._rng)
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""

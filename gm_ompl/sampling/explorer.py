@@ -14,6 +14,7 @@ from gm_ompl.holds.extraction import Leg, merged, moves_of
 from gm_ompl.holds.sets import PlacementSets
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
+from gm_ompl.motion.object_graph import Way
 from gm_ompl.problem import Move
 from gm_ompl.sampling.free_routes import FreeRouteMaker
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
@@ -54,6 +55,9 @@ class Routes(Protocol):
 
     def variant(self, route: Route) -> Route | None:
         """Return a route much like ``route``, or None where that failed."""
+
+    def adopted(self, way: Way) -> Route:
+        """Return the route along a way of a plan that was found elsewhere."""
 
 
 @final
@@ -126,6 +130,10 @@ class Explorer:
         """Return a new course along a route much like ``route``, or None where it is blocked."""
         other = self.routes.variant(route)
         return None if other is None else self._add(other)
+
+    def adopted(self, way: Way) -> Course:
+        """Return a new course along the way of a plan that was found elsewhere."""
+        return self._add(self.routes.adopted(way))
 
     def _add(self, route: Route) -> Course:
         course = self.course(route)

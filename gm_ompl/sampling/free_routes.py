@@ -115,6 +115,16 @@ class FreeRouteMaker:
             leaps[int(self._rng.choice(len(leaps), p=weights / weights.sum()))]
         )
 
+    def adopted(self, way: Way) -> Route:
+        """Return the route along a way of a plan that was found elsewhere."""
+        places = [self._screws.number(pose) for pose in way.poses]
+        route = Route(self._judge, way)
+        self._drawn[route] = tuple(
+            Stride(arc.leading_to(head), tail)
+            for arc, tail, head in zip(way.arcs, places[:-1], places[1:], strict=True)
+        )
+        return route
+
     def _along(self, strides: Sequence[Stride]) -> Route | None:
         places = [self._screws.start, *(stride.arc.head for stride in strides)]
         poses = tuple(self._screws.pose(place) for place in places)

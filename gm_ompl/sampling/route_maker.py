@@ -12,6 +12,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.lattice import Coordinates, between
+from gm_ompl.motion.object_graph import Way
 from gm_ompl.sampling.lines import polyline, same, split, unwrapped
 from gm_ompl.sampling.route import Route
 
@@ -20,6 +21,9 @@ OBJECT_STEPS = 2000
 
 REACH = 0.2
 """Longest step of that tree, as a share of the coordinates' ranges."""
+
+STRAIGHT = 1.0 - 1e-12
+"""Cosine of the greatest angle between two straight lines that are one."""
 
 SHORTCUTS = 30
 """Random shortcuts tried on the tree's path."""
@@ -74,6 +78,25 @@ class RouteMaker:
             middle = between(points[k], points[k + 1], float(self._rng.random()))
             points.insert(k + 1, self._beside(middle))
         return self._along(points)
+
+    def adopted(self, way: Way) -> Route:
+        """Return the route along a way of a plan that was found elsewhere."""
+        route = Route(self._judge, way)
+        self._drawn[route] = tuple(self._corners(way.coordinates)), 1
+        return route
+
+    def _corners(self, points: Sequence[Coordinates]) -> list[Coordinates]:
+        """Return the ends of a polyline and where it changes its direction."""
+        kept = [points[0]]
+        for here, onward in itertools.pairwise(points[1:]):
+            into, out = (
+                (np.array(b) - np.array(a)) / self._extents
+                for a, b in ((kept[-1], here), (here, onward))
+            )
+            lengths = np.linalg.norm(into) * np.linalg.norm(out)
+            if into @ out < STRAIGHT * lengths:
+                kept.append(here)
+        return [*kept, points[-1]]
 
     def _beside(self, q: Coordinates) -> Coordinates:
         """Return a point near ``q``, near and far alike likely, within bounds."""

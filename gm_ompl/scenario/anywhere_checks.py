@@ -21,7 +21,6 @@ def anywhere_findings(model: ScenarioModel) -> Iterator[Finding]:
         wanted = "must be positive with fingers.placements.continuous"
         yield ("mechanics", "z_min"), model.mechanics.z_min, wanted
     for given, key in (
-        (model.motion.path is None, "motion.path, and other motions are not offered"),
         (model.hand is not None, "fingertips alone: remove hand"),
         (model.uncertainty is not None, "a certain world: remove uncertainty"),
         (model.mechanics.backend != "kernel", "mechanics.backend: kernel"),

@@ -1,0 +1,176 @@
+"""Searches with fingers anywhere on the faces: over points drawn at random, ever again.
+
+A search by trees or over samples knows a table of placements. Here it gets one of random points;
+while it finds no plan, tables grow. A plan's fingers are then moved on their faces
+(``finger_moves``); a search for ever better plans goes on among new points, from the best plan.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol, final
+
+import numpy as np
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.surface import PlacementTable
+from gm_ompl.holds.spots import NamedPoints, rows_of
+from gm_ompl.holds.watch import Stop
+from gm_ompl.problem import Fingers, Move, Problem
+from gm_ompl.sampling.drawing import drawn
+from gm_ompl.sampling.explorer import Course
+from gm_ompl.sampling.finger_moves import FingerMoves
+from gm_ompl.sampling.placing import Placing
+
+FIRST_POINTS: Final = 150
+"""Points of the first table, about."""
+
+MOST_POINTS: Final = 2000
+"""Tables grow no further."""
+
+FIRST_PATIENCE: Final = 100
+"""Iterations in vain before the first table grows; before each further time half as many more."""
+
+PATIENCE: Final = 40
+"""Iterations in vain, with a plan, before a new table."""
+
+
+class Search(Protocol):
+    """A search that goes on an iteration at a time."""
+
+    cost: float
+    moves: tuple[Move, ...]
+
+    @property
+    def branches(self) -> int:
+        """How much it has gathered."""
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """The routes tried so far, with the trees grown along them."""
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether the best plan changed."""
+
+
+MakeSearch = Callable[[Judge, Sequence[Move]], Search]
+"""Makes a search over a problem's table, from a plan on: no moves are none."""
+
+
+@final
+class AnywhereSearch:
+    """A search over one table of points after the other.
+
+    Args:
+        placing: makes judges of few placements.
+        problem: what to plan.
+        make: makes the search over a table.
+        rng: the source of randomness.
+
+    Attributes:
+        cost: of the best plan, +inf without one.
+        moves: the best plan's; placements by the rows of ``fingers``.
+    """
+
+    def __init__(
+        self, placing: Placing, problem: Problem, make: MakeSearch, rng: np.random.Generator
+    ) -> None:
+        self._placing, self._problem, self._make, self._rng = placing, problem, make, rng
+        self._named = NamedPoints(problem.fingers)
+        self._points, self._patience = FIRST_POINTS, float(FIRST_PATIENCE)
+        self._table: Table | None = None
+        self._finger_moves: FingerMoves | None = None
+        self.cost, self.moves = math.inf, tuple[Move, ...]()
+
+    @property
+    def fingers(self) -> Fingers:
+        """The hand whose placements the moves name."""
+        return self._named.fingers
+
+    @property
+    def branches(self) -> int:
+        """Branches and lanes of the search over the present table."""
+        return 0 if self._table is None else self._table.search.branches
+
+    @property
+    def courses(self) -> Sequence[Course]:
+        """None: the placements along them are those of tables that come and go."""
+        return ()
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether the best plan changed."""
+        if self._finger_moves is not None:
+            return self._move_fingers(self._finger_moves, stop)
+        if self._table is None:
+            self._table = self._drawn()
+        table = self._table
+        changed = table.step(stop) and self._keep(
+            table.search.cost, table.search.moves, table.judge.problem.fingers.placements
+        )
+        if self.cost == math.inf:
+            if table.vain >= self._patience:
+                self._patience *= 1.5
+                self._points = min(2 * self._points, MOST_POINTS)
+                self._leave(table)
+        elif table.first or table.vain >= PATIENCE:
+            self._leave(table)
+        return changed
+
+    def _drawn(self) -> Table:
+        """Draw a table around the best plan's placements, to be searched from that plan on."""
+        spots = self._placing.spots
+        best = [spots.of(self._named.table, row) for row in rows_of(self.moves)]
+        judge = self._placing.judge([*best, *drawn(spots, self._points, self._rng)])
+        moves = NamedPoints(judge.problem.fingers).named(self.moves, self._named.table)
+        return Table(judge, self._make(judge, moves), first=not moves)
+
+    def _leave(self, table: Table) -> None:
+        """Let go of a table; move the fingers of a plan that was found there."""
+        self._placing.done(table.judge)
+        self._table = None
+        if table.better:
+            hand = self._named.fingers
+            problem = dataclasses.replace(self._problem, fingers=hand)
+            self._finger_moves = FingerMoves(self._placing, problem, self.moves, self._rng)
+
+    def _move_fingers(self, moving: FingerMoves, stop: Stop) -> bool:
+        better = moving.step(stop)
+        if moving.over:
+            self._finger_moves = None
+        return better and self._keep(moving.cost, moving.moves, moving.table)
+
+    def _keep(self, cost: float, moves: Sequence[Move], table: PlacementTable) -> bool:
+        """Keep a plan if it is the best one."""
+        if not cost < self.cost:
+            return False
+        self.moves = self._named.named(moves, table)
+        self.cost = cost
+        return True
+
+
+@dataclass
+class Table:
+    """A search over one table.
+
+    Attributes:
+        judge: of the problem with these placements alone.
+        search: searches.
+        first: whether there was no plan before.
+        better: whether it found a better plan.
+        vain: iterations since then.
+    """
+
+    judge: Judge
+    search: Search
+    first: bool
+    better: bool = False
+    vain: int = 0
+
+    def step(self, stop: Stop) -> bool:
+        """Do one iteration; return whether it found a better plan."""
+        changed = self.search.step(stop)
+        self.better, self.vain = self.better or changed, 0 if changed else self.vain + 1
+        return changed
