@@ -30,7 +30,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
-from gm_ompl.planners.again import settled
+from gm_ompl.planners.again import settled, with_hand
 from gm_ompl.planners.planner import Budget, Planner, Report, SearchResult, Status, silent
 from gm_ompl.planners.prepare import prepare
 from gm_ompl.planners.price import at_true_cost, priced
@@ -95,8 +95,8 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     try:
         judging = judge_of(priced(problem))
         result = searcher.solve(judging.problem, judging, asked, rng, report)
-        problem, judging = _with_hand(problem, judging, result)
         result, steady = settled(searcher, judging, result, asked, rng)
+        problem, judging = _with_hand(problem, result), with_hand(judging, result)
         if judging.hand is not None:
             from gm_ompl.planners.joints import jointed  # loads OMPL
 
@@ -128,12 +128,11 @@ def _planned(given: Scenario, searcher: Planner, asked: Budget, seed: int, repor
     )
 
 
-def _with_hand(problem: Problem, judging: Judge, result: SearchResult) -> tuple[Problem, Judge]:
-    """Return the problem, and its judge, with the placements that a result's moves name."""
+def _with_hand(problem: Problem, result: SearchResult) -> Problem:
+    """Return the problem with the placements that a result's moves name."""
     if result.fingers is None:
-        return problem, judging
-    problem = dataclasses.replace(problem, fingers=result.fingers)
-    return problem, judge_of(priced(problem))
+        return problem
+    return dataclasses.replace(problem, fingers=result.fingers)
 
 
 def _unbegun(status: Status, started: float, **more: str) -> SearchResult:

@@ -14,6 +14,7 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.errors import LimitError
+from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.planners.planner import Budget, Planner, SearchResult, Status
 from gm_ompl.planners.steady import Steady, steady_moves
@@ -64,8 +65,17 @@ def settled(
     return result, steady
 
 
+def with_hand(judge: Judge, result: SearchResult) -> Judge:
+    """Return a judge of the problem with the placements that a result's moves name."""
+    if result.fingers is None:
+        return judge
+    problem = dataclasses.replace(judge.problem, fingers=result.fingers)
+    return Judge(problem, make_backend(problem))
+
+
 def _chosen(judge: Judge, result: SearchResult) -> tuple[SearchResult, Steady]:
     """Return the result with the cheapest plan without a failing junction, if there is one."""
+    judge = with_hand(judge, result)
     best = _steady(judge, result.moves)
     if best.fails:
         for moves in result.others:

@@ -34,6 +34,9 @@ MOST_POINTS: Final = 2000
 FIRST_PATIENCE: Final = 100
 """Iterations in vain before the first table grows; before each further time half as many more."""
 
+TURNS: Final = 10
+"""Fingers are moved in one of so many iterations."""
+
 PATIENCE: Final = 40
 """Iterations in vain, with a plan, before a new table."""
 
@@ -82,7 +85,9 @@ class AnywhereSearch:
         self._named = NamedPoints(problem.fingers)
         self._points, self._patience = FIRST_POINTS, float(FIRST_PATIENCE)
         self._table: Table | None = None
-        self._finger_moves: FingerMoves | None = None
+        self._turn = 0
+        self._moving: FingerMoves | None = None
+        self._moved = math.inf
         self.cost, self.moves = math.inf, tuple[Move, ...]()
 
     @property
@@ -102,20 +107,19 @@ class AnywhereSearch:
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
-        if self._finger_moves is not None:
-            return self._move_fingers(self._finger_moves, stop)
+        self._turn += 1
+        if self._moving is not None and self._turn % TURNS == 0:
+            return self._move_fingers(self._moving, stop)
         if self._table is None:
             self._table = self._drawn()
         table = self._table
         changed = table.step(stop) and self._keep(
             table.search.cost, table.search.moves, table.judge.problem.fingers.placements
         )
-        if self.cost == math.inf:
-            if table.vain >= self._patience:
-                self._patience *= 1.5
-                self._points = min(2 * self._points, MOST_POINTS)
-                self._leave(table)
-        elif table.first or table.vain >= PATIENCE:
+        if changed and self._worth_moving():
+            problem = dataclasses.replace(self._problem, fingers=self._named.fingers)
+            self._moving = FingerMoves(self._placing, problem, self.moves, self._rng)
+        if table.vain >= (self._patience if self.cost == math.inf else PATIENCE):
             self._leave(table)
         return changed
 
@@ -125,22 +129,26 @@ class AnywhereSearch:
         best = [spots.of(self._named.table, row) for row in rows_of(self.moves)]
         judge = self._placing.judge([*best, *drawn(spots, self._points, self._rng)])
         moves = NamedPoints(judge.problem.fingers).named(self.moves, self._named.table)
-        return Table(judge, self._make(judge, moves), first=not moves)
+        return Table(judge, self._make(judge, moves))
 
     def _leave(self, table: Table) -> None:
-        """Let go of a table; move the fingers of a plan that was found there."""
+        """Let go of a table; without a plan, the next one is larger."""
         self._placing.done(table.judge)
         self._table = None
-        if table.better:
-            hand = self._named.fingers
-            problem = dataclasses.replace(self._problem, fingers=hand)
-            self._finger_moves = FingerMoves(self._placing, problem, self.moves, self._rng)
+        if self.cost == math.inf:
+            self._patience *= 1.5
+            self._points = min(2 * self._points, MOST_POINTS)
+
+    def _worth_moving(self) -> bool:
+        """Whether fingers are to be moved from the best plan on: it differs from what was moved."""
+        moved = self._moved if self._moving is None else self._moving.cost
+        return self.cost * (1.0 + self._placing.gap) < moved
 
     def _move_fingers(self, moving: FingerMoves, stop: Stop) -> bool:
-        better = moving.step(stop)
+        better = moving.step(stop) and self._keep(moving.cost, moving.moves, moving.table)
         if moving.over:
-            self._finger_moves = None
-        return better and self._keep(moving.cost, moving.moves, moving.table)
+            self._moving, self._moved = None, moving.cost
+        return better
 
     def _keep(self, cost: float, moves: Sequence[Move], table: PlacementTable) -> bool:
         """Keep a plan if it is the best one."""
@@ -158,19 +166,15 @@ class Table:
     Attributes:
         judge: of the problem with these placements alone.
         search: searches.
-        first: whether there was no plan before.
-        better: whether it found a better plan.
-        vain: iterations since then.
+        vain: iterations since it found a better plan.
     """
 
     judge: Judge
     search: Search
-    first: bool
-    better: bool = False
     vain: int = 0
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether it found a better plan."""
         changed = self.search.step(stop)
-        self.better, self.vain = self.better or changed, 0 if changed else self.vain + 1
+        self.vain = 0 if changed else self.vain + 1
         return changed

@@ -35,7 +35,7 @@ LITTLE: Final = 0.1
 SETS: Final = 512
 """Sets around one of the plan's at most; beyond, they are drawn at random."""
 
-TRIED: Final = 100
+TRIED: Final = 20
 """Plans judged per move at most."""
 
 

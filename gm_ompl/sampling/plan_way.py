@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 from gm_ompl.holds.extraction import Leg, merged
@@ -31,8 +32,8 @@ def way_and_legs(problem: Problem, moves: Sequence[Move]) -> tuple[Way, list[Leg
     placements, entered, legs = first.placements, 0, list[Leg]()
     for move in moves:
         if isinstance(move, Displacement):
-            for arc, end in _strides(problem, move):
-                arcs.append(GraphArc(len(arcs) + 1, arc, problem.cost.samples_per_arc))
+            for arc, end, parts in _strides(problem, move):
+                arcs.append(GraphArc(len(arcs) + 1, arc, parts))
                 coordinates.append(end)
                 poses.append(arc.end)
         else:
@@ -42,12 +43,16 @@ def way_and_legs(problem: Problem, moves: Sequence[Move]) -> tuple[Way, list[Leg
     return Way(tuple(poses), tuple(coordinates), tuple(arcs)), merged(legs)
 
 
-def _strides(problem: Problem, move: Displacement) -> Iterator[tuple[Arc, Coordinates]]:
-    """Yield the arcs that a displacement spans, judged as densely as it was, and their ends."""
-    count = len(move.segments) // problem.cost.samples_per_arc
-    if count == 1:
-        yield move.arc, move.end
+def _strides(problem: Problem, move: Displacement) -> Iterator[tuple[Arc, Coordinates, int]]:
+    """Yield the arcs that a displacement spans, their ends and in how many segments each is judged.
+
+    Free motion's arcs span one each.
+    """
+    parts = problem.cost.samples_per_arc
+    count = len(move.segments) // parts
+    if count == 1 or not problem.motion.dimension:
+        yield move.arc, move.end, len(move.segments)
         return
     places = [between(move.start, move.end, k / count) for k in range(count)]
-    for start, end in zip(places, [*places[1:], move.end], strict=True):
-        yield problem.motion.arc(start, end), end
+    for start, end in itertools.pairwise([*places, move.end]):
+        yield problem.motion.arc(start, end), end, parts
