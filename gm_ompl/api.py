@@ -26,7 +26,6 @@ from gm_ompl.asking import (
 from gm_ompl.asking import load as load
 from gm_ompl.diagnosis.values import SECONDS
 from gm_ompl.errors import LimitError
-from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import TypeAlias, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
+from gm_ompl.arrays import Array
 from gm_ompl.geometry.patches import Patch, loose, patches
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.problem import Displacement, Fingers, Move, Problem
 
 Spot: TypeAlias = tuple[int, tuple[float, float, float]]
 """A patch, and a point on it."""
+
+
+COMPASS: Final = np.array([[float(i), float(j)] for i in (0, -1, 1) for j in (0, -1, 1)])
+"""Steps along a face's axes and between them, the first one none."""
+
+NONE: Final = np.zeros((0, 2))
 
 
 @final
@@ -43,9 +50,16 @@ class Spots:
         x, y, z = table.points[row].tolist()
         return self._patch_of[int(table.face[row])], (x, y, z)
 
-    def around(self, spots: Iterable[Spot], reach: float) -> list[Spot]:
-        """Return spots and others around them, in half sizes of the face, where offered or not."""
-        steps = np.array([[i, j] for i in (0, -1, 1) for j in (0, -1, 1)])
+    def around(self, spots: Iterable[Spot], reach: float, others: Array = NONE) -> list[Spot]:
+        """Return spots and others around them, on the rim rather than beyond it, offered or not.
+
+        Args:
+            spots: where to look.
+            reach: how far, in half sizes of the face.
+            others: (k, 2), steps tried beside those along the face's axes and between them, over
+                the reach.
+        """
+        steps = np.concatenate([COMPASS, others])
         found = []
         for f, point in spots:
             patch = self.patches[f]

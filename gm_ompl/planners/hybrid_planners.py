@@ -14,7 +14,6 @@ import numpy as np
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
-from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.growth import Growth
 from gm_ompl.planners.outcome import Log, result_of, without_search

@@ -19,7 +19,8 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.holds.spots import NamedPoints, rows_of
 from gm_ompl.holds.watch import Stop
-from gm_ompl.problem import Fingers, Move, Problem
+from gm_ompl.problem import Fingers, Move, Problem, Regrasp
+from gm_ompl.sampling.climb import Climb
 from gm_ompl.sampling.drawing import drawn
 from gm_ompl.sampling.explorer import Course
 from gm_ompl.sampling.finger_moves import FingerMoves
@@ -34,7 +35,10 @@ MOST_POINTS: Final = 2000
 FIRST_PATIENCE: Final = 100
 """Iterations in vain before the first table grows; before each further time half as many more."""
 
-TURNS: Final = 10
+NEAR: Final = 16
+"""Points drawn around each placement of the best plan, near and far ones."""
+
+TURNS: Final = 3
 """Fingers are moved in one of so many iterations."""
 
 PATIENCE: Final = 40
@@ -88,6 +92,7 @@ class AnywhereSearch:
         self._turn = 0
         self._moving: FingerMoves | None = None
         self._moved = math.inf
+        self._climb: Climb | None = None
         self.cost, self.moves = math.inf, tuple[Move, ...]()
 
     @property
@@ -108,17 +113,20 @@ class AnywhereSearch:
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether the best plan changed."""
         self._turn += 1
-        if self._moving is not None and self._turn % TURNS == 0:
-            return self._move_fingers(self._moving, stop)
+        if self._turn % TURNS == 0:
+            if self._climb is not None:
+                return self._climb_on(self._climb)
+            if self._moving is not None:
+                return self._move_fingers(self._moving, stop)
         if self._table is None:
             self._table = self._drawn()
         table = self._table
         changed = table.step(stop) and self._keep(
             table.search.cost, table.search.moves, table.judge.problem.fingers.placements
         )
-        if changed and self._worth_moving():
-            problem = dataclasses.replace(self._problem, fingers=self._named.fingers)
-            self._moving = FingerMoves(self._placing, problem, self.moves, self._rng)
+        if changed:
+            self._move_from_here()
+        self._begin_climb(table)
         if table.vain >= (self._patience if self.cost == math.inf else PATIENCE):
             self._leave(table)
         return changed
@@ -127,7 +135,8 @@ class AnywhereSearch:
         """Draw a table around the best plan's placements, to be searched from that plan on."""
         spots = self._placing.spots
         best = [spots.of(self._named.table, row) for row in rows_of(self.moves)]
-        judge = self._placing.judge([*best, *drawn(spots, self._points, self._rng)])
+        near = spots.around(best, 1.0, self._rng.normal(size=(NEAR, 2)) ** 3)
+        judge = self._placing.judge([*best, *near, *drawn(spots, self._points, self._rng)])
         moves = NamedPoints(judge.problem.fingers).named(self.moves, self._named.table)
         return Table(judge, self._make(judge, moves))
 
@@ -139,10 +148,31 @@ class AnywhereSearch:
             self._patience *= 1.5
             self._points = min(2 * self._points, MOST_POINTS)
 
-    def _worth_moving(self) -> bool:
-        """Whether fingers are to be moved from the best plan on: it differs from what was moved."""
+    def _move_from_here(self) -> None:
+        """Move the best plan's fingers from now on, if it is much better than what was moved."""
         moved = self._moved if self._moving is None else self._moving.cost
-        return self.cost * (1.0 + self._placing.gap) < moved
+        if self.cost * (1.0 + self._placing.gap) < moved:
+            problem = dataclasses.replace(self._problem, fingers=self._named.fingers)
+            self._moving = FingerMoves(self._placing, problem, self.moves, self._rng)
+
+    def _begin_climb(self, table: Table) -> None:
+        """Look for a set that spares the best plan's regrasps, once per table."""
+        spared = self.cost == math.inf or any(isinstance(move, Regrasp) for move in self.moves)
+        courses = table.search.courses
+        if spared and courses and not table.climbed and self._climb is None:
+            table.climbed = True
+            route = courses[int(self._rng.integers(len(courses)))].store.route
+            self._climb = Climb(self._placing, table.judge, route, self._rng)
+
+    def _climb_on(self, climb: Climb) -> bool:
+        changed = (
+            not climb.over and climb.step() and self._keep(climb.cost, climb.moves, climb.table)
+        )
+        if changed:
+            self._move_from_here()
+        if climb.over:
+            self._climb = None
+        return changed
 
     def _move_fingers(self, moving: FingerMoves, stop: Stop) -> bool:
         better = moving.step(stop) and self._keep(moving.cost, moving.moves, moving.table)
@@ -167,11 +197,13 @@ class Table:
         judge: of the problem with these placements alone.
         search: searches.
         vain: iterations since it found a better plan.
+        climbed: whether a climb began here.
     """
 
     judge: Judge
     search: Search
     vain: int = 0
+    climbed: bool = False
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether it found a better plan."""
