@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import Final, TypeAlias, final
+from typing import Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 
@@ -88,6 +88,20 @@ class Spots:
         )
         placed = dataclasses.replace(hand, placements=table, start=start, goal=goal)
         return dataclasses.replace(self._problem, fingers=placed)
+
+
+class PlacedPlan(NamedTuple):
+    """A plan, and whose rows its moves name.
+
+    Attributes:
+        moves: from start to goal.
+        table: the placements.
+        cost: of all moves.
+    """
+
+    moves: tuple[Move, ...]
+    table: PlacementTable
+    cost: float
 
 
 @final

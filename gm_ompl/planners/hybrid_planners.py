@@ -102,35 +102,41 @@ class HybridPlanner(Planner):
         Without a limit on time or iterations, a search for ever better plans ends ``patience``
         iterations after the last improvement.
         """
-        meter, trace = budget.start(), tracer(report)
+        if problem.fingers.anywhere is not None:
+            return self._anywhere(problem, judge, budget, rng, report)
+        log, trace = Log(budget.start(), judge, report), tracer(report)
         growth = None if trace is None else Growth(problem, trace)
-        log = Log(meter, judge, report)
-        anywhere: AnywhereSearch | None = None
         try:
-            if problem.fingers.anywhere is not None:
-                placing = Placing(judge)
-                log = Log(meter, placing, report)
-                search: Search = (
-                    anywhere := AnywhereSearch(
-                        placing,
-                        problem,
-                        lambda judge, moves: self.make_search(judge, rng, moves),
-                        rng,
-                    )
-                )
-            elif impossible(problem, judge):
+            if impossible(problem, judge):
                 return without_search(Status.INFEASIBLE, math.inf, log.meter)
-            else:
-                search = self.make_search(judge, rng)
+            search = self.make_search(judge, rng)
         except LimitError as stopped:
             return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
         except KeyboardInterrupt:
             return without_search(Status.INTERRUPTED, 0.0, log.meter)
+        return searched(search, log, growth, self._patience(budget))
+
+    def _anywhere(
+        self,
+        problem: Problem,
+        judge: Judge,
+        budget: Budget,
+        rng: np.random.Generator,
+        report: Report,
+    ) -> SearchResult:
+        """Search with fingers anywhere on the faces; no proof that there is no plan is tried."""
+        placing = Placing(judge)
+        log = Log(budget.start(), placing, report)
+        search = AnywhereSearch(
+            placing, problem, lambda judge, moves: self.make_search(judge, rng, moves), rng
+        )
+        result = searched(search, log, None, self._patience(budget))
+        return dataclasses.replace(result, fingers=search.fingers)
+
+    def _patience(self, budget: Budget) -> int | None:
+        """Return after how many iterations in vain a search with a plan ends; None is never."""
         limited = budget.time_limit is not None or budget.max_iterations is not None
-        anytime = self.specs.optimal and limited
-        patience = None if anytime else int(self.settings.get("patience", 0))
-        result = searched(search, log, growth, patience)
-        return result if anywhere is None else dataclasses.replace(result, fingers=anywhere.fingers)
+        return None if self.specs.optimal and limited else int(self.settings.get("patience", 0))
 
     @abstractmethod
     def make_search(

@@ -198,7 +198,9 @@ class AStar(LatticePlanner):
     """A* (Sec. 4.4): over lanes and hubs where that applies, else with the heuristic (11)."""
 
     name: ClassVar[str] = "astar"
-    specs: ClassVar[PlannerSpecs] = PlannerSpecs(True, randomised=False, free=True, anywhere=True)
+    specs: ClassVar[PlannerSpecs] = PlannerSpecs(
+        optimal=True, randomised=False, free=True, anywhere_on_paths=True
+    )
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "heuristic",

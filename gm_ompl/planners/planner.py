@@ -129,12 +129,14 @@ class PlannerSpecs:
         randomised: its result depends on the seed.
         free: it plans free motion, where a pose has no coordinates.
         anywhere: it places fingers between the grid's placements, where a scenario asks for that.
+        anywhere_on_paths: likewise, but along paths alone.
     """
 
     optimal: bool
     randomised: bool
     free: bool = False
     anywhere: bool = False
+    anywhere_on_paths: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from gm_ompl.arguments import kind_of
 from gm_ompl.errors import InputError, UnknownPlannerError, UnsoundPlannerError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.free import FreeMotion
+from gm_ompl.motion.path import PathMotion
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND, Offer
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -120,10 +121,12 @@ def suited(planner: Planner, problem: Problem) -> None:
         InputError: the motion is free, and the planner needs coordinates; or fingers may be
             placed anywhere, and the planner knows the grid alone.
     """
-    if problem.fingers.anywhere is not None and not planner.specs.anywhere:
+    if problem.fingers.anywhere is not None and not _roams(planner.specs, problem):
+        where = "anywhere along paths" if planner.specs.anywhere_on_paths else "on the grid"
+        able = [name for name, kind in PLANNERS.items() if _roams(kind.specs, problem)]
         raise InputError(
-            f"{planner.name} places fingers on the grid alone; with fingers.placements.continuous "
-            "plan with astar, or remove that key"
+            f"{planner.name} places fingers {where} alone; with fingers.placements.continuous "
+            f"plan with {', '.join(able)}, or remove that key"
         )
     if planner.specs.free or not isinstance(problem.motion, FreeMotion):
         return
@@ -131,3 +134,9 @@ def suited(planner: Planner, problem: Problem) -> None:
         f"{planner.name} plans along paths and in the plane; a planner that needs no coordinates "
         f"says so by specs.free, as all named ones do: {', '.join(PLANNERS)}"
     )
+
+
+def _roams(specs: PlannerSpecs, problem: Problem) -> bool:
+    """Whether a planner places fingers between the grid's placements along a problem's motion."""
+    on_path = isinstance(problem.motion, PathMotion)
+    return specs.anywhere or (specs.anywhere_on_paths and on_path)

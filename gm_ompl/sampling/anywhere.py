@@ -16,8 +16,7 @@ from typing import Final, Protocol, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.geometry.surface import PlacementTable
-from gm_ompl.holds.spots import NamedPoints, rows_of
+from gm_ompl.holds.spots import NamedPoints, PlacedPlan, rows_of
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Fingers, Move, Problem, Regrasp
 from gm_ompl.sampling.climb import Climb
@@ -38,7 +37,10 @@ FIRST_PATIENCE: Final = 100
 NEAR: Final = 16
 """Points drawn around each placement of the best plan, near and far ones."""
 
-TURNS: Final = 3
+RARER: Final = 6
+"""Iterations between two climbs, times those so far."""
+
+TURNS: Final = 2
 """Fingers are moved in one of so many iterations."""
 
 PATIENCE: Final = 40
@@ -93,6 +95,7 @@ class AnywhereSearch:
         self._moving: FingerMoves | None = None
         self._moved = math.inf
         self._climb: Climb | None = None
+        self._climbed = self._climb_due = 0
         self.cost, self.moves = math.inf, tuple[Move, ...]()
 
     @property
@@ -114,19 +117,17 @@ class AnywhereSearch:
         """Do one iteration; return whether the best plan changed."""
         self._turn += 1
         if self._turn % TURNS == 0:
-            if self._climb is not None:
-                return self._climb_on(self._climb)
+            climb = self._climbing()
+            if climb is not None:
+                return self._climb_on(climb)
             if self._moving is not None:
                 return self._move_fingers(self._moving, stop)
         if self._table is None:
             self._table = self._drawn()
         table = self._table
-        changed = table.step(stop) and self._keep(
-            table.search.cost, table.search.moves, table.judge.problem.fingers.placements
-        )
+        changed = table.step(stop) and self._keep(table.plan)
         if changed:
             self._move_from_here()
-        self._begin_climb(table)
         if table.vain >= (self._patience if self.cost == math.inf else PATIENCE):
             self._leave(table)
         return changed
@@ -150,42 +151,41 @@ class AnywhereSearch:
 
     def _move_from_here(self) -> None:
         """Move the best plan's fingers from now on, if it is much better than what was moved."""
-        moved = self._moved if self._moving is None else self._moving.cost
+        moved = self._moved if self._moving is None else self._moving.plan.cost
         if self.cost * (1.0 + self._placing.gap) < moved:
             problem = dataclasses.replace(self._problem, fingers=self._named.fingers)
             self._moving = FingerMoves(self._placing, problem, self.moves, self._rng)
 
-    def _begin_climb(self, table: Table) -> None:
-        """Look for a set that spares the best plan's regrasps, once per table."""
-        spared = self.cost == math.inf or any(isinstance(move, Regrasp) for move in self.moves)
-        courses = table.search.courses
-        if spared and courses and not table.climbed and self._climb is None:
-            table.climbed = True
-            route = courses[int(self._rng.integers(len(courses)))].store.route
-            self._climb = Climb(self._placing, table.judge, route, self._rng)
+    def _climbing(self) -> Climb | None:
+        """Return a climb to a set that spares the best plan's regrasps, if it is time for one."""
+        dear = self.cost == math.inf or any(isinstance(move, Regrasp) for move in self.moves)
+        courses = () if self._table is None else self._table.search.courses
+        if self._climb is None and dear and courses and self._turn >= self._climb_due:
+            way = courses[int(self._rng.integers(len(courses)))].store.route.way
+            self._climb = Climb(self._placing, way, self._rng)
+        return self._climb
 
     def _climb_on(self, climb: Climb) -> bool:
-        changed = (
-            not climb.over and climb.step() and self._keep(climb.cost, climb.moves, climb.table)
-        )
+        climb.step()
+        changed = climb.plan is not None and self._keep(climb.plan)
         if changed:
             self._move_from_here()
         if climb.over:
-            self._climb = None
+            self._climb, self._climbed = None, self._climbed + 1
+            self._climb_due = self._turn + RARER * self._climbed
         return changed
 
     def _move_fingers(self, moving: FingerMoves, stop: Stop) -> bool:
-        better = moving.step(stop) and self._keep(moving.cost, moving.moves, moving.table)
+        better = moving.step(stop) and self._keep(moving.plan)
         if moving.over:
-            self._moving, self._moved = None, moving.cost
+            self._moving, self._moved = None, moving.plan.cost
         return better
 
-    def _keep(self, cost: float, moves: Sequence[Move], table: PlacementTable) -> bool:
+    def _keep(self, plan: PlacedPlan) -> bool:
         """Keep a plan if it is the best one."""
-        if not cost < self.cost:
+        if not plan.cost < self.cost:
             return False
-        self.moves = self._named.named(moves, table)
-        self.cost = cost
+        self.moves, self.cost = self._named.named(plan.moves, plan.table), plan.cost
         return True
 
 
@@ -197,13 +197,17 @@ class Table:
         judge: of the problem with these placements alone.
         search: searches.
         vain: iterations since it found a better plan.
-        climbed: whether a climb began here.
     """
 
     judge: Judge
     search: Search
     vain: int = 0
-    climbed: bool = False
+
+    @property
+    def plan(self) -> PlacedPlan:
+        """The best plan of the search, which has one."""
+        table = self.judge.problem.fingers.placements
+        return PlacedPlan(self.search.moves, table, self.search.cost)
 
     def step(self, stop: Stop) -> bool:
         """Do one iteration; return whether it found a better plan."""

@@ -17,11 +17,16 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import PlacementSets
-from gm_ompl.problem import Move
+from gm_ompl.holds.spots import PlacedPlan
+from gm_ompl.motion.object_graph import Way
+from gm_ompl.sampling.drawing import drawn
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
 from gm_ompl.sampling.near import FIRST_REACH, Hand, Near, hand_of
 from gm_ompl.sampling.placing import Placing
 from gm_ompl.sampling.route import Route
+
+POINTS: Final = 400
+"""Points of the table that it begins with, about."""
 
 DRAWN: Final = 1000
 """Sets that are looked at for one to begin with."""
@@ -36,38 +41,32 @@ class Climb:
 
     Args:
         placing: makes problems of few placements.
-        judge: of the problem with the placements to begin with.
-        route: the way.
+        way: the object's.
         rng: the source of randomness.
 
     Attributes:
-        moves: the plan, once a set holds along the whole way.
-        table: the placements that it names.
-        cost: its cost, +inf without one.
+        plan: with a set that holds along the whole way; None before there is one.
         over: whether it came to its end, with a plan or without one.
     """
 
-    def __init__(
-        self, placing: Placing, judge: Judge, route: Route, rng: np.random.Generator
-    ) -> None:
-        self._placing, self._way, self._rng = placing, route.way, rng
-        self._order = _coarse_order(route)
+    def __init__(self, placing: Placing, way: Way, rng: np.random.Generator) -> None:
+        self._placing, self._way, self._rng = placing, way, rng
+        self._order = [(k, p) for k, arc in enumerate(way.arcs) for p in range(arc.parts)]
+        rng.shuffle(self._order)
         self._hand: Hand | None = None
         self._least, self._reach = 0.0, FIRST_REACH
-        self.moves, self.cost = tuple[Move, ...](), math.inf
-        self.table = judge.problem.fingers.placements
-        hand, draw = judge.problem.fingers, SetDraw(judge.problem, judge, 0.0, 1.0)
-        allowed = restricted(restricted(tuple(_free(route)), hand.start), hand.goal)
-        self._consider(judge, route, draw.draw(DRAWN, allowed, rng))
+        self.plan: PlacedPlan | None = None
 
     @property
     def over(self) -> bool:
         """Whether it came to its end, with a plan or without one."""
-        return self._hand is None or bool(self.moves) or self._reach < NEAREST
+        return self.plan is not None or self._reach < NEAREST
 
-    def step(self) -> bool:
-        """Try the sets around the present one; return whether one of them is a plan."""
-        assert self._hand is not None, "it is not over"
+    def step(self) -> None:
+        """Look for a set to begin with, or try those around the present one."""
+        if self._hand is None:
+            self._begin()
+            return
         near = Near.around(self._placing, [self._hand], self._reach, self._rng)
         judge = near.judge(self._placing)
         try:
@@ -76,7 +75,18 @@ class Climb:
                 self._reach /= 2.0
         finally:
             self._placing.done(judge)
-        return bool(self.moves)
+
+    def _begin(self) -> None:
+        """Look for a set that holds nearly, among random ones; without one it is over."""
+        judge = self._placing.judge(drawn(self._placing.spots, POINTS, self._rng))
+        try:
+            hand, draw = judge.problem.fingers, SetDraw(judge.problem, judge, 0.0, 1.0)
+            route = Route(judge, self._way)
+            allowed = restricted(restricted(tuple(_free(route)), hand.start), hand.goal)
+            if not self._consider(judge, route, draw.draw(DRAWN, allowed, self._rng)):
+                self._reach = 0.0
+        finally:
+            self._placing.done(judge)
 
     def _consider(self, judge: Judge, route: Route, sets: IntArray) -> bool:
         """Take the set whose least z is largest, if it is larger than before; whether it is."""
@@ -87,13 +97,13 @@ class Climb:
             return False
         best = int(np.argmax(least))
         lane = tuple(sets[best].tolist())
-        self._least, self.table = float(least[best]), problem.fingers.placements
-        self._hand = hand_of(self._placing.spots, self.table, lane)
+        table, self._least = problem.fingers.placements, float(least[best])
+        self._hand = hand_of(self._placing.spots, table, lane)
         store = LaneStore(judge, PlacementSets(problem.fingers.groups()), route)
         ends = all(store.free_at_end(lane, vertex) for vertex in (0, last))
         if self._least >= problem.mechanics.z_min and ends:
-            self.moves = moves_of(judge, self._way, [(lane, 0, last)])
-            self.cost = math.fsum(move.cost for move in self.moves)
+            moves = moves_of(judge, self._way, [(lane, 0, last)])
+            self.plan = PlacedPlan(moves, table, math.fsum(move.cost for move in moves))
         return True
 
     def _least_margins(self, judge: Judge, route: Route, sets: IntArray) -> Array:
@@ -120,10 +130,3 @@ def _free(route: Route) -> BoolArray:
     """Return where fingertips are free all along a way, (n, placements)."""
     tables = route.table.tables
     return np.asarray(tables.node_free.all(axis=2) & tables.free.all(axis=2))
-
-
-def _coarse_order(route: Route) -> list[tuple[int, int]]:
-    """Return the segments (stride, part), those that failed most often first."""
-    doubt = route.suspicion()
-    segments = [(k, p) for k, arc in enumerate(route.way.arcs) for p in range(arc.parts)]
-    return sorted(segments, key=lambda segment: -doubt[segment])

@@ -10,6 +10,7 @@ import numpy as np
 
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.sets import PlacementSets
+from gm_ompl.holds.spots import PlacedPlan
 from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.lane_sample import LaneSample
@@ -25,7 +26,7 @@ NEAREST: Final = 0.02
 LITTLE: Final = 0.1
 """Points come nearer where a move gains less than this much of the gap."""
 
-TRIED: Final = 20
+TRIED: Final = 60
 """Plans judged per move at most."""
 
 
@@ -42,9 +43,7 @@ class FingerMoves:
         rng: the source of randomness.
 
     Attributes:
-        moves: the best plan so far.
-        table: the placements that it names.
-        cost: its cost, +inf as long as none was judged.
+        plan: the best so far; its cost is +inf as long as none was judged.
         over: whether no move is left to try.
     """
 
@@ -53,9 +52,9 @@ class FingerMoves:
     ) -> None:
         self._placing, self._rng = placing, rng
         self._way, legs = way_and_legs(problem, moves)
-        self.moves, self.table = tuple(moves), problem.fingers.placements
-        self._hands = [hand_of(placing.spots, self.table, lane) for lane, _, _ in legs]
-        self.cost, self._reach = math.inf, FIRST_REACH
+        table, self._reach = problem.fingers.placements, FIRST_REACH
+        self.plan = PlacedPlan(tuple(moves), table, math.inf)
+        self._hands = [hand_of(placing.spots, table, lane) for lane, _, _ in legs]
 
     @property
     def over(self) -> bool:
@@ -64,9 +63,9 @@ class FingerMoves:
 
     def step(self, stop: Stop) -> bool:
         """Try the moves around the plan at once; return whether the best of them is cheaper."""
-        before = self.cost
+        before = self.plan.cost
         better = self._look(stop)
-        if not better or before - self.cost < LITTLE * self._placing.gap * self.cost:
+        if not better or before - self.plan.cost < LITTLE * self._placing.gap * self.plan.cost:
             self._reach /= 2.0
         return better
 
@@ -79,13 +78,13 @@ class FingerMoves:
             sets = PlacementSets(problem.fingers.groups())
             sample = LaneSample(problem, LaneStore(judge, sets, Route(judge, self._way)))
             sample.add(near.sets(placing, judge, self._rng))
-            legs = sample.improve(self.cost, TRIED, stop)
+            legs = sample.improve(self.plan.cost, TRIED, stop)
             if legs is None:
                 return False
-            self.moves = moves_of(judge, self._way, legs)
+            moves = moves_of(judge, self._way, legs)
         finally:
             placing.done(judge)
-        self.table = problem.fingers.placements
-        self._hands = [hand_of(placing.spots, self.table, lane) for lane, _, _ in legs]
-        self.cost = math.fsum(move.cost for move in self.moves)
+        table = problem.fingers.placements
+        self._hands = [hand_of(placing.spots, table, lane) for lane, _, _ in legs]
+        self.plan = PlacedPlan(moves, table, math.fsum(move.cost for move in moves))
         return True

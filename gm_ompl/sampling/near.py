@@ -24,7 +24,7 @@ Hand: TypeAlias = tuple[Spot, ...]
 FIRST_REACH: Final = 0.25
 """How far away points are first, in half sizes of the face."""
 
-DRAWN: Final = 8
+DRAWN: Final = 4
 """Points drawn around each, beside those along the face's axes and between them."""
 
 SETS: Final = 512
