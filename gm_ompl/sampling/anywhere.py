@@ -1,8 +1,9 @@
 """Searches with fingers anywhere on the faces: over points drawn at random, ever again.
 
 A search by trees or over samples knows a table of placements. Here it gets one of random points;
-while it finds no plan, tables grow. A plan's fingers are then moved on their faces
-(``finger_moves``); a search for ever better plans goes on among new points, from the best plan.
+while it finds no plan, tables grow. A search for ever better plans goes on among new points, from
+the best plan; in turns with it, that plan's fingers are moved on their faces (``finger_moves``),
+and sets are sought that spare its regrasps (``climb``).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ FIRST_PATIENCE: Final = 100
 """Iterations in vain before the first table grows; before each further time half as many more."""
 
 NEAR: Final = 16
-"""Points drawn around each placement of the best plan, near and far ones."""
+"""Points drawn around each placement of the best plan."""
 
 RARER: Final = 6
 """Iterations between two climbs, times those so far."""
@@ -136,6 +137,7 @@ class AnywhereSearch:
         """Draw a table around the best plan's placements, to be searched from that plan on."""
         spots = self._placing.spots
         best = [spots.of(self._named.table, row) for row in rows_of(self.moves)]
+        # Cubed: most are near, some are far.
         near = spots.around(best, 1.0, self._rng.normal(size=(NEAR, 2)) ** 3)
         judge = self._placing.judge([*best, *near, *drawn(spots, self._points, self._rng)])
         moves = NamedPoints(judge.problem.fingers).named(self.moves, self._named.table)
@@ -152,13 +154,15 @@ class AnywhereSearch:
     def _move_from_here(self) -> None:
         """Move the best plan's fingers from now on, if it is much better than what was moved."""
         moved = self._moved if self._moving is None else self._moving.plan.cost
-        if self.cost * (1.0 + self._placing.gap) < moved:
+        if self.moves and self.cost * (1.0 + self._placing.gap) < moved:
             problem = dataclasses.replace(self._problem, fingers=self._named.fingers)
             self._moving = FingerMoves(self._placing, problem, self.moves, self._rng)
 
     def _climbing(self) -> Climb | None:
         """Return a climb to a set that spares the best plan's regrasps, if it is time for one."""
-        dear = self.cost == math.inf or any(isinstance(move, Regrasp) for move in self.moves)
+        dear = any(isinstance(move, Regrasp) for move in self.moves) or (
+            self.cost == math.inf and self._points > FIRST_POINTS
+        )
         courses = () if self._table is None else self._table.search.courses
         if self._climb is None and dear and courses and self._turn >= self._climb_due:
             way = courses[int(self._rng.integers(len(courses)))].store.route.way

@@ -21,7 +21,7 @@ from gm_ompl.holds.spots import PlacedPlan
 from gm_ompl.motion.object_graph import Way
 from gm_ompl.sampling.drawing import drawn
 from gm_ompl.sampling.lane_store import LaneStore, SetDraw
-from gm_ompl.sampling.near import FIRST_REACH, Hand, Near, hand_of
+from gm_ompl.sampling.near import FIRST_REACH, SETS, Hand, Near, hand_of
 from gm_ompl.sampling.placing import Placing
 from gm_ompl.sampling.route import Route
 
@@ -70,7 +70,7 @@ class Climb:
         near = Near.around(self._placing, [self._hand], self._reach, self._rng)
         judge = near.judge(self._placing)
         try:
-            sets = near.sets(self._placing, judge, self._rng)
+            sets = near.sets(self._placing, judge, SETS, self._rng)
             if not self._consider(judge, Route(judge, self._way), sets):
                 self._reach /= 2.0
         finally:

@@ -15,7 +15,7 @@ from gm_ompl.holds.watch import Stop
 from gm_ompl.problem import Move, Problem
 from gm_ompl.sampling.lane_sample import LaneSample
 from gm_ompl.sampling.lane_store import LaneStore
-from gm_ompl.sampling.near import FIRST_REACH, Near, hand_of
+from gm_ompl.sampling.near import FIRST_REACH, SETS, Near, hand_of
 from gm_ompl.sampling.placing import Placing
 from gm_ompl.sampling.plan_way import way_and_legs
 from gm_ompl.sampling.route import Route
@@ -26,7 +26,7 @@ NEAREST: Final = 0.02
 LITTLE: Final = 0.1
 """Points come nearer where a move gains less than this much of the gap."""
 
-TRIED: Final = 60
+TRIED: Final = 100
 """Plans judged per move at most."""
 
 
@@ -52,7 +52,7 @@ class FingerMoves:
     ) -> None:
         self._placing, self._rng = placing, rng
         self._way, legs = way_and_legs(problem, moves)
-        table, self._reach = problem.fingers.placements, FIRST_REACH
+        table, self._reach, self._alone = problem.fingers.placements, FIRST_REACH, False
         self.plan = PlacedPlan(tuple(moves), table, math.inf)
         self._hands = [hand_of(placing.spots, table, lane) for lane, _, _ in legs]
 
@@ -62,22 +62,29 @@ class FingerMoves:
         return self._reach < NEAREST * self._placing.gap
 
     def step(self, stop: Stop) -> bool:
-        """Try the moves around the plan at once; return whether the best of them is cheaper."""
+        """Try the moves around the plan at once; return whether the best of them is cheaper.
+
+        Those of several fingers at once come first; where they do not pay, those of one alone; then
+        points come nearer.
+        """
+        if self.plan.cost == math.inf:
+            return self._look(0.0, 1, stop)
         before = self.plan.cost
-        better = self._look(stop)
+        better = self._look(self._reach, 1 if self._alone else SETS, stop)
         if not better or before - self.plan.cost < LITTLE * self._placing.gap * self.plan.cost:
-            self._reach /= 2.0
+            self._reach /= 2.0 if self._alone else 1.0
+            self._alone = not self._alone
         return better
 
-    def _look(self, stop: Stop) -> bool:
+    def _look(self, reach: float, most: int, stop: Stop) -> bool:
         placing = self._placing
-        near = Near.around(placing, self._hands, self._reach, self._rng)
+        near = Near.around(placing, self._hands, reach, self._rng)
         judge = near.judge(placing)
         problem = judge.problem
         try:
             sets = PlacementSets(problem.fingers.groups())
             sample = LaneSample(problem, LaneStore(judge, sets, Route(judge, self._way)))
-            sample.add(near.sets(placing, judge, self._rng))
+            sample.add(near.sets(placing, judge, most, self._rng))
             legs = sample.improve(self.plan.cost, TRIED, stop)
             if legs is None:
                 return False
