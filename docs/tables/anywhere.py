@@ -1,7 +1,7 @@
 """``python -m docs.tables.anywhere [PAGE]``: finer grids against continuous placements.
 
 Writes the tables into PAGE (its own) and the picture beside it (images/continuous.svg). Takes about
-ten minutes on one core.
+twenty minutes on one core.
 """
 
 from __future__ import annotations
@@ -15,11 +15,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from gm_ompl.viz.canvas import COLUMN, new_figure, save, styled
 
 from docs.tables.pages import growing, write_tables
 from gm_ompl import api
+from gm_ompl.asking import judge_of
 from gm_ompl.planners.lane_parts import FEW_SETS, set_count
+from gm_ompl.planners.planner import Budget
+from gm_ompl.planners.registry import make_planner
+from gm_ompl.problem import Regrasp
 from gm_ompl.study.report import number
 
 SCENARIOS = ("paper/slide", "paper/push", "paper/tumble", "paper/regrasp")
@@ -34,6 +39,27 @@ FINGERS = (2, 3, 4)
 SAMPLER = "HybridRRTConnect"
 SEEDS = 3
 
+ANY_MOTION = {
+    **dict.fromkeys(SCENARIOS, MARGIN),
+    "planar/turn": 0.3,
+    "planar/corner": 0.5,
+    "free/stairs": 0.25,
+    "tasks/flip-cube": 0.1,
+    "tasks/ledge": 0.02,
+}
+"""Margins."""
+DRAWS = 5  # seeds
+SECONDS = 10.0  # CPU time
+
+SAMPLED = (
+    "scenario",
+    "margin",
+    "first plan: CPU s",
+    "cost",
+    f"HybridRRTstar, {SECONDS:g} CPU s: cost",
+    "regrasps",
+    "lower bound (astar)",
+)
 HEAD = ("scenario", "placements", "ends", "cost", "lower bound", "CPU s")
 TIMES = (
     "scenario",
@@ -102,6 +128,37 @@ def against(
         yield f"`{scenario}`", f"{m} x {m}", n, number(float(sets), 3), by, ends, number(middle, 3)
 
 
+def sampled(margins: Mapping[str, float], seeds: int, seconds: float) -> Iterator[Any]:
+    """Yield a row per scenario: medians of first plans and of what more time makes of them."""
+    for scenario, margin in margins.items():
+        said = {"fingers.placements.continuous": {"margin": margin, "gap": GAPS[-1]}}
+        first = [timed(scenario, SAMPLER, said, seed) for seed in range(seeds)]
+        best = [best_within(scenario, said, seed, seconds) for seed in range(seeds)]
+        on_path = api.load(scenario, said).problem.motion.dimension == 1
+        bound = number(timed(scenario, "astar", said).plan.lower_bound, 6) if on_path else "-"
+        yield (
+            f"`{scenario}`",
+            f"{margin:g}",
+            number(statistics.median(each.seconds for each in first), 3),
+            number(statistics.median(each.plan.cost for each in first), 6),
+            number(statistics.median(cost for cost, _ in best), 6),
+            f"{statistics.median(regrasps for _, regrasps in best):g}",
+            bound,
+        )
+
+
+def best_within(
+    scenario: str, changes: Mapping[str, Any], seed: int, seconds: float
+) -> tuple[float, int]:
+    """Return what HybridRRTstar's best plan costs after so much CPU time, and its regrasps."""
+    problem, started = api.load(scenario, dict(changes)).problem, time.process_time()
+    budget = Budget(stop=lambda: time.process_time() - started > seconds, time_limit=math.inf)
+    planner, rng = make_planner("HybridRRTstar"), np.random.default_rng(seed)
+    found = planner.solve(problem, judge_of(problem), budget, rng)
+    regrasps = sum(isinstance(move, Regrasp) for move in found.moves)
+    return math.inf if found.cost is None else found.cost, regrasps
+
+
 def exponents(known: Mapping[str, Sequence[tuple[float, float]]]) -> Iterator[tuple[str, str]]:
     """Yield per series the slope of log CPU time over log sets (least squares)."""
     for series, points in known.items():
@@ -135,6 +192,7 @@ def main(arguments: Sequence[str]) -> None:
     more = [("paper/tumble", 9, n) for n in FINGERS]
     tables = {
         "converging": growing(HEAD, converging(SCENARIOS, GRIDS, GAPS)),
+        "sampled": growing(SAMPLED, sampled(ANY_MOTION, DRAWS, SECONDS)),
         "placements": growing(TIMES, against(finer, grids)),
         "fingers": growing(TIMES, against(more, hands)),
         "exponents": growing(("series", "exponent"), exponents(grids)),

@@ -25,6 +25,16 @@ def test_rows_have_the_page_s_columns() -> None:
         assert table[1].splitlines()[0] == "| " + " | ".join(head) + " |"
 
 
+def test_rows_of_sampled_plans() -> None:
+    """Medians of few draws; the best plan costs no more than the first, the bound no more."""
+    (row,) = anywhere.sampled({"paper/slide": 0.5}, 1, 0.5)
+    assert len(row) == len(anywhere.SAMPLED)
+    first, best, bound = float(row[3]), float(row[4]), float(row[6])
+    assert bound <= best <= first
+    text = PAGE.read_text(encoding="utf-8")
+    assert "<!-- begin sampled -->\n| " + " | ".join(anywhere.SAMPLED) + " |" in text
+
+
 def test_the_exponent_is_the_slope() -> None:
     """Times that grow with the root of the sets have the exponent 0.5; one time has none."""
     known = {"a, cells": [(1e3, 0.1), (1e5, 1.0), (1e7, 10.0)], "b, cells": [(1e3, 0.1)]}

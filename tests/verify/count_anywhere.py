@@ -26,6 +26,15 @@ PRODUCTS = 600
 """Products per plan; where they do not suffice for the gap, the bound is judged all the same."""
 SHAPES = ("paper/slide", "paper/tumble", "paper/regrasp", "shapes/hexagon", "shapes/l-bracket")
 
+OTHERS = (
+    ("planar/turn", 0.3), ("planar/corner", 0.5), ("free/stairs", 0.25), ("tasks/flip-cube", 0.1),
+    ("tasks/ledge", 0.02), ("paper/regrasp", 0.5), ("shapes/hexagon", 0.2),
+)  # fmt: skip
+"""Scenarios of all kinds of motion, with margins."""
+SAMPLING = ("HybridRRT", "HybridRRTConnect", "HybridRRTstar")
+ON_LATTICE = {"smoothing_share": 0.0, "stall_limit": 100_000, "new_route_share": 0.001}
+"""The object stays on the lattice of a path, which the bound is for."""
+
 
 @count(instances=200)
 def anywhere_bound(instance: int) -> Result:
@@ -52,6 +61,41 @@ def anywhere_on_shapes(instance: int) -> Result:
     diagonal = load(tree).problem.body.diagonal
     return judged(
         f"shape {kind} {scale:.3f}", tree, float(f"{0.02 * diagonal:.3g}"), 0.05, instance
+    )
+
+
+@count(instances=150)
+def anywhere_sampled(instance: int) -> Result:
+    """Plans of hybrid planners at sampled placements hold; none on the lattice beats the bound."""
+    rng = np.random.default_rng(instance)
+    if instance % 3:
+        tree = load(f"random/small/{instance}").resolved()
+        margin = float(f"{0.05 * min(tree['object']['shape']['box']):.3g}")
+    else:
+        name, margin = OTHERS[instance // 3 % len(OTHERS)]
+        tree = load(name).resolved()
+        friction = float(rng.uniform(0.9, 1.4)) * float(np.max(tree["friction"]["finger"]))
+        tree["friction"]["finger"] = float(f"{friction:.4g}")
+    tree["fingers"]["placements"].pop("margin", None)
+    scenario = _with(tree, {"continuous": {"margin": margin, "gap": 0.02}})
+    planner = SAMPLING[instance // 2 % len(SAMPLING)]
+    iterations = 40 if planner == "HybridRRTstar" else 300
+    plan = gm_ompl.plan(scenario, planner, max_iterations=iterations, seed=instance)
+    on_lattice = gm_ompl.plan(
+        scenario, "HybridRRTstar", max_iterations=40, seed=instance, parameters=ON_LATTICE
+    )
+    bound = 0.0
+    if scenario.problem.motion.dimension == 1:
+        proven = gm_ompl.plan(scenario, max_iterations=PRODUCTS)
+        bound = math.inf if proven.status == "infeasible" else proven.lower_bound or 0.0
+    cost = math.inf if on_lattice.cost is None else on_lattice.cost
+    holds = all(not found.steps or check(found).holds for found in (plan, on_lattice))
+    note = f"{instance}: {planner} {plan.status} {plan.cost}, on the lattice {cost}, bound {bound}"
+    return Result(
+        holds=holds and cost >= bound * (1.0 - EQUAL),
+        worst=cost / bound - 1.0 if bound and math.inf not in (cost, bound) else None,
+        note=note,
+        outcome=plan.status,
     )
 
 
