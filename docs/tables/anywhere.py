@@ -48,7 +48,7 @@ ANY_MOTION = {
     "tasks/ledge": 0.02,
 }
 """Margins."""
-DRAWS = 5  # seeds
+DRAWS = 3  # seeds
 SECONDS = 10.0  # CPU time
 
 SAMPLED = (

@@ -163,8 +163,7 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"{name}: {Status(plan.status).sentence}{claims}"
         if ended_by := (plan.statistics.model_extra or {}).get("ended_by"):
             yield f"  ended by     {ended_by}"
-        continuous = plan.scenario["fingers"]["placements"].get("continuous")
-        if plan.status == Status.BUDGET.value and is_exact(plan.planner) and not continuous:
+        if plan.status == Status.BUDGET.value and is_exact(plan.planner):
             yield "  may find one --planner HybridRRTConnect, without a proof of the least cost"
     else:
         proven = f"proven optimal on the lattice{over}"

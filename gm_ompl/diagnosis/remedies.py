@@ -23,7 +23,7 @@ from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.geometry.surface import face_labels
 from gm_ompl.limits import Limits
 from gm_ompl.planners.planner import Budget, Progress, Status
-from gm_ompl.planners.registry import make_planner
+from gm_ompl.planners.registry import make_planner, roams
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.uncertainty.ranges import Uncertainty
@@ -47,6 +47,9 @@ def search(
 ) -> Status:
     """Return how a search for any plan ends.
 
+    Where the planner cannot place fingers as the problem asks, ``SAMPLER`` searches: it proves
+    nothing.
+
     Raises:
         InputError: the start or the goal is off the lattice.
         KeyboardInterrupt: it was interrupted.
@@ -62,7 +65,10 @@ def search(
     try:
         with limits.holding(seconds):
             judge = Judge(problem, make_backend(problem))
-            status = make_planner(planner).solve(problem, judge, asked, rng, heed).status
+            searcher = make_planner(planner)
+            if problem.fingers.anywhere is not None and not roams(searcher.specs, problem):
+                searcher = make_planner(SAMPLER)
+            status = searcher.solve(problem, judge, asked, rng, heed).status
     except LimitError:  # before the search could begin
         return Status.BUDGET
     if status is Status.INTERRUPTED:

@@ -14,6 +14,7 @@ import numpy as np
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.goals import has_set
+from gm_ompl.holds.spots import NamedPoints
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.growth import Growth
 from gm_ompl.planners.outcome import Log, result_of, without_search
@@ -131,7 +132,11 @@ class HybridPlanner(Planner):
             placing, problem, lambda judge, moves: self.make_search(judge, rng, moves), rng
         )
         result = searched(search, log, None, self._patience(budget))
-        return dataclasses.replace(result, fingers=search.fingers)
+        # Of all points that plans named on the way, those are kept that are still named.
+        named, table = NamedPoints(problem.fingers), search.table
+        moves = named.named(result.moves, table)
+        others = tuple(named.named(other, table) for other in result.others)
+        return dataclasses.replace(result, moves=moves, others=others, fingers=named.fingers)
 
     def _patience(self, budget: Budget) -> int | None:
         """Return after how many iterations in vain a search with a plan ends; None is never."""

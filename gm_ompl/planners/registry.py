@@ -121,9 +121,9 @@ def suited(planner: Planner, problem: Problem) -> None:
         InputError: the motion is free, and the planner needs coordinates; or fingers may be
             placed anywhere, and the planner knows the grid alone.
     """
-    if problem.fingers.anywhere is not None and not _roams(planner.specs, problem):
+    if problem.fingers.anywhere is not None and not roams(planner.specs, problem):
         where = "anywhere along paths" if planner.specs.anywhere_on_paths else "on the grid"
-        able = [name for name, kind in PLANNERS.items() if _roams(kind.specs, problem)]
+        able = [name for name, kind in PLANNERS.items() if roams(kind.specs, problem)]
         raise InputError(
             f"{planner.name} places fingers {where} alone; with fingers.placements.continuous "
             f"plan with {', '.join(able)}, or remove that key"
@@ -136,7 +136,7 @@ def suited(planner: Planner, problem: Problem) -> None:
     )
 
 
-def _roams(specs: PlannerSpecs, problem: Problem) -> bool:
+def roams(specs: PlannerSpecs, problem: Problem) -> bool:
     """Whether a planner places fingers between the grid's placements along a problem's motion."""
     on_path = isinstance(problem.motion, PathMotion)
     return specs.anywhere or (specs.anywhere_on_paths and on_path)

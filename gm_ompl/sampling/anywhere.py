@@ -17,9 +17,10 @@ from typing import Final, Protocol, final
 import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.surface import PlacementTable
 from gm_ompl.holds.spots import NamedPoints, PlacedPlan, rows_of
 from gm_ompl.holds.watch import Stop
-from gm_ompl.problem import Fingers, Move, Problem, Regrasp
+from gm_ompl.problem import Move, Problem, Regrasp
 from gm_ompl.sampling.climb import Climb
 from gm_ompl.sampling.drawing import drawn
 from gm_ompl.sampling.explorer import Course
@@ -82,7 +83,7 @@ class AnywhereSearch:
 
     Attributes:
         cost: of the best plan, +inf without one.
-        moves: the best plan's; placements by the rows of ``fingers``.
+        moves: the best plan's; placements by the rows of ``table``.
     """
 
     def __init__(
@@ -100,9 +101,9 @@ class AnywhereSearch:
         self.cost, self.moves = math.inf, tuple[Move, ...]()
 
     @property
-    def fingers(self) -> Fingers:
-        """The hand whose placements the moves name."""
-        return self._named.fingers
+    def table(self) -> PlacementTable:
+        """The placements that the moves name, now and before."""
+        return self._named.table
 
     @property
     def branches(self) -> int:

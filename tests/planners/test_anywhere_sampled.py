@@ -11,6 +11,7 @@ import pytest
 
 import gm_ompl
 from gm_ompl.asking import judge_of
+from gm_ompl.diagnosis.remedies import search
 from gm_ompl.geometry.patches import patches
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.holds.spots import NamedPoints, Spots
@@ -160,6 +161,12 @@ def test_an_interrupt_keeps_the_plan() -> None:
     assert found.status is Status.INTERRUPTED
     assert found.cost is not None
     assert found.fingers is not None
+
+
+def test_explaining_asks_who_can() -> None:
+    """Where astar knows the grid alone, the search before an explanation is a sampler's."""
+    assert search(loosened("planar/turn").problem, 30.0) is Status.SOLVED
+    assert search(loosened("tasks/ledge").problem, 30.0) is Status.SOLVED
 
 
 def test_drawn_points_are_offered() -> None:
