@@ -69,7 +69,7 @@ def test_first_plans_hold(name: str) -> None:
     assert report.holds, report.violations
 
 
-@pytest.mark.parametrize("name", ["paper/tumble", "planar/corner", "tasks/flip-cube"])
+@pytest.mark.parametrize("name", ["paper/tumble", "planar/corner", "free/stairs"])
 def test_better_plans_hold(name: str) -> None:
     """HybridRRTstar's plan holds, off the lattice too, and costs no more than its first."""
     scenario = loosened(name)
@@ -98,7 +98,7 @@ def test_the_least_cost_is_approached() -> None:
     assert proven.lower_bound is not None
     # The object stays on the lattice, which the bound is for.
     settings = {"smoothing_share": 0.0, "stall_limit": 100_000}
-    plan = gm_ompl.plan(scenario, "HybridRRTstar", max_iterations=70, parameters=settings)
+    plan = gm_ompl.plan(scenario, "HybridRRTstar", max_iterations=50, parameters=settings)
     assert plan.cost is not None
     assert proven.lower_bound <= plan.cost <= 1.06 * proven.lower_bound
 
@@ -205,7 +205,8 @@ def test_finger_moves_lower_the_cost() -> None:
     """Each kept move is cheaper and holds; reaches shrink until none is left to try."""
     problem = loosened("paper/tumble", {"lattice.segments": 6}, "10%").problem
     placing, rng = Placing(judge_of(problem)), np.random.default_rng(0)
-    found = solved(problem, "HybridRRTConnect", 0, 200)
+    plans = (solved(problem, "HybridRRTConnect", seed, 200) for seed in range(9))
+    found = next(plan for plan in plans if plan.cost and plan.cost < problem.cost.regrasp)
     assert found.cost is not None
     assert found.fingers is not None
     named = dataclasses.replace(problem, fingers=found.fingers)
