@@ -69,7 +69,7 @@ def main() -> None:
     write_page("cells", {
         "grids": growing(HEAD, rows(SCENARIOS, GRIDS, (2,), known)),
         "exponents": growing(("scenario", "exponent"), exponents(known)),
-        "fingers": growing(HEAD, rows(("paper/tumble",), (9,), FINGERS)),
+        "fingers": growing(HEAD, rows(("paper/tumble", "paper/regrasp"), (9,), FINGERS)),
     })  # fmt: skip
 
 

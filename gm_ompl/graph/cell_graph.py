@@ -79,7 +79,7 @@ class CellGraph:
         self.cuts = CellCuts(self._columns, self._f_max, DIRECTIONS)
         self.sets = PlacementSets(hand.groups())
         self._least = judge.least_distances()
-        self._alike = {i: group for group in hand.groups() for i in group}
+        self._alike = {i: group[0] for group in hand.groups() for i in group}
         n, (K, P), V = hand.count, tables.states.shape, len(tables.goal)
         self.lanes = LaneRoom(
             np.empty((FIRST, n), dtype=np.int64), np.empty((FIRST, K, P)),
@@ -102,6 +102,10 @@ class CellGraph:
     def coordinates(self, config: int) -> Coordinates:
         """Return the object's coordinates at a node."""
         return self._objects.coordinates(self.nodes[config])
+
+    def likeness(self, finger: int) -> int:
+        """Return the first of the fingers that are interchangeable with a finger."""
+        return self._alike[finger]
 
     def end(self, steps: IntArray) -> int:
         """Return the node where a way of steps, as ``follow`` writes them, ends."""

@@ -41,6 +41,11 @@ class Product:
     rests: IntArray
     depth: int
 
+    @property
+    def regrasps(self) -> int:
+        """How many there are in its plans."""
+        return len(self.skeleton.lifted)
+
 
 @final
 class Products:
@@ -62,7 +67,7 @@ class Products:
         most = len(self._graph.cells.faces) ** (self._hand.count + regrasps)
         if len(found) * most > MOST_PRODUCTS:
             return None
-        parts = (self._made(each, cells, None) for each in found for cells in self._roots(each))
+        parts = (self.made(each, cells, None) for each in found for cells in self._roots(each))
         return [part for part in parts if part is not None]
 
     def _roots(self, skeleton: Skeleton) -> Iterator[Tuple]:
@@ -100,12 +105,18 @@ class Products:
             replaced = list(chosen)
             for spot, half in zip(spots, picked, strict=True):
                 replaced[spot] = half
-            part = self._made(product.skeleton, tuple(replaced), product)
+            part = self.made(product.skeleton, tuple(replaced), product)
             if part is not None:
                 yield part
 
-    def _made(self, skeleton: Skeleton, cells: Tuple, whole: Product | None) -> Product | None:
-        """Return a product; None where fingertips must penetrate each other, or what is there."""
+    def made(self, skeleton: Skeleton, cells: Tuple, whole: Product | None) -> Product | None:
+        """Return a product, or None where fingertips must penetrate each other, or what is there.
+
+        Args:
+            skeleton: the order of regrasps.
+            cells: per spot.
+            whole: what it is a part of, if anything.
+        """
         limits.check()
         graph = self._graph
         sets = [tuple(cells[spot] for spot in leg) for leg in skeleton.legs]

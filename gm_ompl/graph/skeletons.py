@@ -33,6 +33,11 @@ class Skeleton:
         n = len(self.legs[0])
         return spot if spot < n else self.lifted[spot - n]
 
+    def stays(self, spot: int) -> tuple[int, int]:
+        """Return the first and the last leg on which its finger is there."""
+        on = [m for m, leg in enumerate(self.legs) if spot in leg]
+        return on[0], on[-1]
+
     def is_last(self, spot: int) -> bool:
         """Whether its finger ends there."""
         return spot in self.legs[-1]

@@ -1,4 +1,7 @@
-"""Cells of placements: rectangles of a face's grid, halved on demand down to single placements."""
+"""Cells of placements: those of a face in a rectangle of its grid, or some of them.
+
+They are halved on demand down to single placements.
+"""
 
 from __future__ import annotations
 
@@ -68,13 +71,14 @@ class Cells:
 
     Attributes:
         boxes: the cells in coordinates of their faces: the grid's indices.
+        points: ``lanes``.
         tables: as ``lanes``, by cells.
         faces: (F,), per face the cell of all its placements.
         planes: (F, 3, 3), per face the point of indices (0, 0), and a step of either.
     """
 
     def __init__(self, table: PlacementTable, lanes: Tables, centres: Array) -> None:
-        self._placements, self._lanes, self._centres = table, lanes, centres
+        self._placements, self.points, self._centres = table, lanes, centres
         n, rows, P = len(centres), lanes.free.shape[2], lanes.states.shape[1]
         self.boxes = CellBoxes(np.empty((FIRST, 4)), np.zeros(FIRST, dtype=np.int64))
         self.tables = lanes._replace(
@@ -87,7 +91,7 @@ class Cells:
         self._middles, self._arms = np.empty((n, FIRST, 3)), np.empty(FIRST)
         self._members: list[IntArray] = []
         self._halves: dict[int, tuple[int, int]] = {}
-        self._points: dict[int, int] = {}
+        self._known: dict[bytes, int] = {}
         used = np.unique(table.face)
         self._face = np.searchsorted(used, table.face)
         self.planes = np.array([self._plane(f) for f in range(len(used))])
@@ -121,8 +125,16 @@ class Cells:
 
     def point(self, row: int) -> int:
         """Return the cell of one placement alone."""
-        known = self._points.get(row)
-        return self._make(np.array([row])) if known is None else known
+        return self.of(np.array([row]))
+
+    def members(self, cell: int) -> IntArray:
+        """Return the placements of a cell."""
+        return self._members[cell]
+
+    def of(self, members: IntArray) -> int:
+        """Return the cell of some placements of a face, in increasing order."""
+        known = self._known.get(members.tobytes())
+        return self._make(members) if known is None else known
 
     def row(self, cell: int) -> int:
         """Return the placement of a cell that has no other, else -1."""
@@ -146,7 +158,7 @@ class Cells:
             axis = int(np.argmax(self._sides(cell)))
             members = self._members[cell]
             low = self._placements.cell[members, axis] <= self.boxes.sides[cell, axis]
-            known = self._halves[cell] = self._make(members[low]), self._make(members[~low])
+            known = self._halves[cell] = self.of(members[low]), self.of(members[~low])
         return known
 
     def apart(self, i: int, cell: int, j: int, other: int, least: float) -> bool:
@@ -160,7 +172,8 @@ class Cells:
         if cell == len(self._arms):
             self._grow()
         self._members.append(members)
-        lanes, tables, face = self._lanes, self.tables, int(self._face[members[0]])
+        self._known[members.tobytes()] = cell
+        lanes, tables, face = self.points, self.tables, int(self._face[members[0]])
         indices = self._placements.cell[members]
         low, high = indices.min(axis=0), indices.max(axis=0)
         sides = self.boxes.sides[cell]
@@ -175,7 +188,6 @@ class Cells:
         self._arms[cell] = (sides[2:] * np.linalg.norm(plane[1:], axis=1)).sum()
         if len(members) == 1:
             self._middles[:, cell], self._arms[cell] = outward, 0.0
-            self._points[int(members[0])] = cell
         return cell
 
     def _grow(self) -> None:

@@ -2,8 +2,9 @@
 
 What waits is a *product*: an order of regrasps (``Skeleton``) and a cell for each placement, keyed
 by a lower bound on every plan in it. The one in front is doubted where its margins may be least;
-where it stands, its widest cell is halved. A product of single placements is judged exactly, so the
-first to stand in front is optimal. Plans of k regrasps wait as one until k X_regr comes first.
+where it stands, its widest cell is halved. Cells lose what is of no use in their product. A product
+of single placements is judged exactly, so the first to stand in front is optimal. Plans of k
+regrasps wait as one until k X_regr comes first.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ import heapq
 import math
 from typing import Final, final
 
-import numpy as np
-
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.cell_bounds import REGRASP, follow, least_margin, to_go
+from gm_ompl.graph.cell_bounds import REGRASP
 from gm_ompl.graph.cell_graph import CellGraph
+from gm_ompl.graph.cell_keys import Keys
+from gm_ompl.graph.cell_narrowing import Narrowing
 from gm_ompl.graph.cell_products import Product, Products
+from gm_ompl.holds.cells import Cells
 from gm_ompl.holds.extraction import Leg
 from gm_ompl.planners.cell_air import CellAir
 from gm_ompl.planners.cell_looks import Sample, doubt, glance
@@ -69,16 +71,18 @@ class CellSearch:
         trace: Trace | None = None, beyond: float = math.inf, sample: Sample | None = None,
     ) -> None:  # fmt: skip
         self._graph, self._products = graph, Products(problem.fingers, graph)
+        self._keys, cells = Keys(graph), graph.cells
+        self._narrowing: Narrowing | None = None
+        if isinstance(cells, Cells):
+            self._narrowing = Narrowing(graph, cells, self._products, self._keys)
         self._log, self._trace, self._beyond, self._sample = log, trace, beyond, sample
         self._air = CellAir(problem, judge, graph)
         self._open: list[tuple[float, int, int, float, Product]] = []
         self._next: tuple[float, Product] | None = None  # followed down
         self._aside: list[tuple[float, Product]] = []  # what a dive has passed by: it waits, too
         self._ahead: set[Product] = set()  # what a dive took from there
-        self._regrasps, self._dive_at, self._dive_ends = 0, FIRST_DIVE, 0
+        self._regrasps, self._dive_at, self._dive_ends, self._dived_at = 0, FIRST_DIVE, 0, 0
         self._best: tuple[Product, IntArray] | None = None
-        self._D: Array = np.empty((0, 0))
-        self._lift: Array = np.empty((0, 0))
         self.expanded = self.generated = 0
         self.bound, self.cost, self.given_up = 0.0, math.inf, False
         self._dropped = math.inf
@@ -137,7 +141,7 @@ class CellSearch:
         if found is None:
             return False
         for product in found:
-            self._wait(self._key(product), product)
+            self._wait(self._keys.key(product), product)
         self._regrasps += 1
         return True
 
@@ -173,6 +177,7 @@ class CellSearch:
         if self._next is None:
             if self.expanded >= self._dive_at:
                 self._aside.clear()
+                self._dived_at = self.expanded
                 self._dive_ends = self.expanded + max(FIRST_DIVE, self.expanded // DEEP)
                 self._dive_at = 2 * self._dive_ends
             self._front()
@@ -181,33 +186,15 @@ class CellSearch:
         taken, self._next = self._next, None
         return taken
 
-    def _key(self, product: Product) -> float:
-        """Return a lower bound on every plan in a product."""
-        graph, (m, V) = self._graph, (len(product.legs), len(self._graph.nodes))
-        self._D, self._lift = np.empty((m, V)), np.empty((m - 1, V))
-        to_go(
-            product.legs, product.rests, graph.lanes, graph.resting, graph.cells.tables, self._D,
-            self._lift,
-        )  # fmt: skip
-        return float(self._D[0, graph.start])
-
-    def _renewed(self, product: Product) -> float:
-        """Return ``_key`` with all bounds renewed."""
-        for lane in product.legs.tolist():
-            self._graph.renewed(lane)
-        for rest in product.rests.tolist():
-            self._graph.rest_renewed(rest)
-        return self._key(product)
-
     def _advance(self) -> None:
         """Treat what comes first, or what is being followed down."""
         f, product = self._take()
         self.expanded += 1
-        now = self._renewed(product)
-        if now > f * (1.0 + SAME):
-            self._put_back(now, product)
+        now, part = self._narrowed(self._keys.renewed(product), product)
+        if part is not product or now > f * (1.0 + SAME):
+            self._put_back(now, part)
             return
-        steps = self._steps(product)
+        steps = self._keys.steps(product)
         exact = all(self._graph.cells.row(cell) >= 0 for cell in product.cells)
         holds, looks = doubt(self._graph, product, steps, math.inf if exact else LOOKS)
         self._tell(product, f, exact)
@@ -216,7 +203,7 @@ class CellSearch:
             return
         if not exact and holds:
             holds = glance(self._graph, product, steps, self.expanded)
-        risen = self._renewed(product)
+        risen = self._keys.renewed(product)
         if exact or not holds or risen > now * (1.0 + RISEN):
             self._put_back(risen, product)
         elif risen >= self.cost * (1.0 - SAME):
@@ -225,17 +212,9 @@ class CellSearch:
             if self._sample is not None:
                 self._look_in(self._sample, product)
             if self._products.divides(product):
-                self._divide(product)
+                self._divide(product, risen)
             else:  # it bounds no better than this
                 self._dropped = min(self._dropped, risen)
-
-    def _steps(self, product: Product) -> IntArray:
-        """Return the cheapest way of the product whose key was asked last, see ``follow``."""
-        graph = self._graph
-        steps = np.empty((len(product.legs) * (len(graph.nodes) + 1), 3), dtype=np.int64)
-        tables = graph.cells.tables
-        count = follow(graph.start, product.legs, graph.lanes, tables, self._D, self._lift, steps)
-        return steps[:count]
 
     def _look_in(self, sample: Sample, product: Product) -> None:
         """Let plans be looked for in a product, now and then; a better one ends a dive."""
@@ -245,35 +224,43 @@ class CellSearch:
         if enough < self.cost:
             self.cost, self._dive_ends = enough, 0
 
-    def _divide(self, product: Product) -> None:
-        """Let the parts of a product wait; in a dive the one that most likely holds comes next."""
-        dives, parts = self.expanded < self._dive_ends, list[tuple[float, float, Product]]()
+    def _narrowed(self, key: float, product: Product) -> tuple[float, Product]:
+        """Return the product whose key was asked last without what is of no use, and its key."""
+        if self._narrowing is None:
+            return key, product
+        return self._narrowing.narrowed(product, key, self.cost * (1.0 - SAME))
+
+    def _divide(self, product: Product, whole: float) -> None:
+        """Let the parts of a product of a key wait; in a dive the likeliest comes next.
+
+        That is the one that most likely holds, of those whose keys have hardly risen.
+        """
+        dives, parts = self.expanded < self._dive_ends, list[tuple[int, float, float, Product]]()
+        little = RISEN * (whole - product.regrasps * self._graph.cells.tables.X_regr)
         for part in self._products.divided(product):
-            key = self._key(part)
+            key, part = self._narrowed(self._keys.key(part), part)
             self._set_aside(key)
             if key < self.cost * (1.0 - SAME):
-                parts.append((self._margin(part) if dives else 0.0, key, part))
-        parts.sort(key=lambda each: (-each[0], each[1]))
+                risen = int((key - whole) / little) if little > 0.0 else 0
+                parts.append((risen, -self._keys.margin(part) if dives else 0.0, key, part))
+        parts.sort(key=lambda each: each[:3])
         if dives and parts:
-            self._put_back(*parts.pop(0)[1:])
-        for _, key, part in reversed(parts):
+            self._put_back(*parts.pop(0)[2:])
+        for _, _, key, part in reversed(parts):
             self._wait(key, part)
             if dives:
                 self._aside.append((key, part))
-
-    def _margin(self, product: Product) -> float:
-        """Return the least margin on the way of the product whose key was asked last."""
-        graph, steps = self._graph, self._steps(product)
-        lanes, resting, tables = graph.lanes, graph.resting, graph.cells.tables
-        return least_margin(steps, product.legs, product.rests, lanes, resting, tables)
 
     def _finish(self, product: Product, steps: IntArray, cost: float) -> None:
         """Take the plan of a product all of whose margins on the way are judged."""
         instead = self._air.doubted(product, steps)
         if instead is product:
+            if self.expanded < self._dive_ends:
+                took = max(DEEP, self.expanded - self._dived_at)
+                self._dive_at = self.expanded + DEEP * took
             self.cost, self._best, self._dive_ends = cost, (product, steps.copy()), 0
         elif instead is not None:
-            self._put_back(self._renewed(instead), instead)
+            self._put_back(self._keys.renewed(instead), instead)
 
     def path(self) -> tuple[tuple[int, ...], list[Leg]]:
         """Return the best plan's arcs, and its legs along them; both empty without one."""

@@ -25,7 +25,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, box
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.graph import cell_bounds, hub_bounds, lane_bounds
+from gm_ompl.graph import cell_bounds, cell_narrowing, hub_bounds, lane_bounds
 from gm_ompl.holds import bounds
 from gm_ompl.holds.rows import Tables, settle
 from gm_ompl.mechanics import (
@@ -226,6 +226,8 @@ def cells() -> None:
     cell_bounds.weakest(steps[:1], none, none[:0], room, resting, tables)
     cell_bounds.least_margin(steps[:1], none, none[:0], room, resting, tables)
     cell_bounds.note(0, 0, 1.0, room, tables)
+    ways = cell_narrowing.Ways(none, D, no[0], 0, 1.0)
+    cell_narrowing.useful(0, none, (0, 0), ways, room, tables, tables)
 
 
 def hubs_and_routes() -> None:

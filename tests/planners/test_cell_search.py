@@ -130,6 +130,19 @@ def test_many_placements_are_proven_and_hold() -> None:
     assert gm_ompl.check(plan).holds
 
 
+def test_four_fingers_with_a_regrasp(over_cells: Choose) -> None:
+    """Plans whose fingers travel as far and differ in z alone are told apart; lanes agree."""
+    few = load("paper/regrasp", ["fingers.placements.grid=[3, 3]", "fingers.count=4"]).problem
+    cells, _ = both(few, over_cells)
+    assert sum(isinstance(move, Regrasp) for move in cells.moves) == 1
+    over_cells(True)
+    scenario = load("paper/regrasp", ["fingers.placements.grid=[5, 5]", "fingers.count=4"])
+    plan = gm_ompl.plan(scenario)
+    assert plan.optimal
+    assert plan.regrasps == 1
+    assert gm_ompl.check(plan).holds
+
+
 def test_finer_grids_that_contain_coarser_ones_cost_no_more(over_cells: Choose) -> None:
     """Every third placement of 9 x 9 is one of 3 x 3: the optimum only falls."""
     over_cells(True)
