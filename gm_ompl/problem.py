@@ -124,12 +124,19 @@ class MechanicsSettings:
         cone_edges: s.
         z_min: the threshold on the stability margin; 0 asks for equilibrium alone.
         backend: "kernel" (compiled) or "highs" (the reference).
+        margin: "nominal": z of Problem (6) counts; or "strong": z_strong in its place.
     """
 
     gravity: float = 9.8
     cone_edges: int = 6
     z_min: float = 0.5
     backend: str = "kernel"
+    margin: str = "nominal"
+
+    @property
+    def strong(self) -> bool:
+        """Whether z_strong counts."""
+        return self.margin == "strong"
 
 
 @dataclass(frozen=True)

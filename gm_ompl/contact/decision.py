@@ -37,6 +37,7 @@ class ModeDecision(NamedTuple):
         f_com: commanded normal force per finger, None under position control; empty unless
             STABLE.
         direction: number of the direction l_i that limits z (0..75), or -1.
+        nominal: z of Problem (6) where ``z`` is z_strong; else None.
     """
 
     outcome: Outcome
@@ -44,6 +45,7 @@ class ModeDecision(NamedTuple):
     modes: tuple[ControlMode, ...] = ()
     f_com: tuple[float | None, ...] = ()
     direction: int = -1
+    nominal: float | None = None
 
 
 def undecided(fingers: int, optimistic: bool) -> ModeDecision:

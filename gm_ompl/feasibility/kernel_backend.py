@@ -13,6 +13,7 @@ from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.case_decider import CaseDecider
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
+from gm_ompl.feasibility.strong_decider import StrongDecider
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
@@ -52,6 +53,7 @@ class KernelBackend:
         self._f_max = hand.max_normal_force / self.scale
         self._kinds = finger_kinds(problem)
         self._cases = CaseDecider(problem, self._U) if problem.uncertainty else None
+        self._strong = StrongDecider(problem, self._U) if settings.strong else None
         # Cuts of the first case's fingertips: what bounds one case bounds the worst.
         self._tips = self._tip_columns() if self._cases is None else self._cases.tips.tables[0]
         self._numbers: dict[bytes, int] = {}
@@ -127,6 +129,7 @@ class KernelBackend:
         if known is None:
             answer = self._solve(environment, hand, placements, below)
             known = answer or self._fall_back(environment, fingers, placements)
+            known = self._strongly(known, environment, hand, placements, below)
             self._memo[key] = known.outcome is not Outcome.BELOW, known
         return known
 
@@ -206,7 +209,9 @@ class KernelBackend:
         if self._cases is not None:
             answers, numbers = self._cases.decide_many(which, rows, below)
             loads = [self._cases.load(*pair) for pair in zip(which, numbers, strict=True)]
-            return [self._answer(int(which[k]), rows[k], answers, k, loads[k]) for k in range(K)]
+            return [
+                self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)
+            ]
         first = np.cumsum([0, *(len(env) for env in self._env)])
         states = States(np.concatenate(self._env), first, np.stack(self._load))
         answers = unanswered(K, rows.shape[1])
@@ -219,11 +224,14 @@ class KernelBackend:
 
         share_out(work, K)
         loads = [self._load[state] for state in which]
-        return [self._answer(int(which[k]), rows[k], answers, k, loads[k]) for k in range(K)]
+        return [
+            self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)
+        ]
 
     def _answer(
-        self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array
-    ) -> ModeDecision:
+        self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array,
+        below: float,
+    ) -> ModeDecision:  # fmt: skip
         """Return decision ``k`` and keep the cut that it leaves, under the load (6,)."""
         self.learn(environment, load, answers.wrenches[k])
         answer = (
@@ -232,7 +240,24 @@ class KernelBackend:
         )  # fmt: skip
         everyone, placements = np.arange(len(rows)), tuple(rows.tolist())
         decision = self._decision(environment, everyone, placements, answer, answers.commands[k])
-        return decision or self._fall_back(environment, tuple(range(len(rows))), placements)
+        decision = decision or self._fall_back(environment, tuple(range(len(rows))), placements)
+        return self._strongly(decision, environment, everyone, placements, below)
+
+    def _strongly(
+        self, decision: ModeDecision, environment: int, hand: IntArray, rows: Placements,
+        below: float,
+    ) -> ModeDecision:  # fmt: skip
+        """Return the decision by z_strong where that counts; z bounds it from above."""
+        if self._strong is None or decision.outcome is not Outcome.STABLE:
+            return decision
+        if decision.z < below:
+            return ModeDecision(Outcome.BELOW, decision.z)
+        columns = self._env[environment], self._load[environment], self._tips
+        found = self._strong.decide(self._contacts[environment], columns, hand, rows, below)
+        if found is None:
+            self.undecided += 1
+            return undecided(len(hand), self.optimistic)
+        return found
 
     def _hand(self, fingers: tuple[int, ...]) -> tuple[Placements, IntArray]:
         """Return the fingers' kinds and their numbers as an array."""

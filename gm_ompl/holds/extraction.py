@@ -146,10 +146,7 @@ def _regrasp(
 
 def _reordered(decision: ModeDecision, slots: Sequence[int]) -> ModeDecision:
     """Return a decision made for canonical slots with its fingers in the order of ``slots``."""
-    return ModeDecision(
-        decision.outcome,
-        decision.z,
-        tuple(decision.modes[i] for i in slots),
-        tuple(decision.f_com[i] for i in slots),
-        decision.direction,
+    return decision._replace(
+        modes=tuple(decision.modes[i] for i in slots),
+        f_com=tuple(decision.f_com[i] for i in slots),
     )

@@ -24,6 +24,7 @@ def anywhere_findings(model: ScenarioModel) -> Iterator[Finding]:
         (model.hand is not None, "fingertips alone: remove hand"),
         (model.uncertainty is not None, "a certain world: remove uncertainty"),
         (model.mechanics.backend != "kernel", "mechanics.backend: kernel"),
+        (model.mechanics.margin != "nominal", "mechanics.margin: nominal"),
         (model.fingers.count == 0, "a finger: raise fingers.count"),
     ):
         if given:

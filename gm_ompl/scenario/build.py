@@ -93,7 +93,7 @@ def build(model: ScenarioModel, document: Document) -> Built:
         goal=moving.goal,
         mechanics=MechanicsSettings(
             gravity=model.gravity,
-            **model.mechanics.model_dump(include={"cone_edges", "z_min", "backend"}),
+            **model.mechanics.model_dump(include={"cone_edges", "z_min", "backend", "margin"}),
         ),
         cost=CostSettings(**model.cost.model_dump()),
         uncertainty=_uncertainty(model, body, fingers, notes),

@@ -179,6 +179,9 @@ class MechanicsModel(Strict):
     directions: Literal[76] = said("of the disturbances that z is measured in", 76)
     z_min: NotNegative = said("the least stability margin, a force; 0: equilibrium is enough", 0.5)
     backend: Literal["kernel", "highs"] = said("compiled, or the reference (slow)", "kernel")
+    margin: Literal["nominal", "strong"] = said(
+        "what reaches z_min and enters (9): z, or z_strong", "nominal"
+    )
     contact_tolerance: Annotated[Number, Field(ge=1e-9, le=1e-3)] = Field(
         default=TOUCHING,
         description="a gap or overlap of at most this, relative to the object's size, is a contact",
