@@ -265,7 +265,9 @@ def _describe(steps: list[Step]) -> Iterator[str]:
             _numbers(q or pose.position)
             for q, pose in ((first.from_, first.pose_from), (last.to, last.pose_to))
         )
-        yield (f"  {start} to {end}: {'; '.join(fingers)}; z at least {least:.4g}")
+        held = [s.z_strong for s in segments if s.z_strong is not None]
+        strong = f", z_strong {min(held):.4g}" if held else ""
+        yield f"  {start} to {end}: {'; '.join(fingers)}; z at least {least:.4g}{strong}"
 
 
 def _numbers(q: tuple[float, ...]) -> str:

@@ -174,27 +174,53 @@ def _check_forces(recheck: Recheck, hold: Hold, found: Findings) -> bool:
 
 
 def _check_margin(recheck: Recheck, hold: Hold, found: Findings) -> None:
-    tolerances, z_min = recheck.tolerances, recheck.problem.mechanics.z_min
-
-    def slack(z: float) -> float:
-        return tolerances.z * max(abs(z), tolerances.z_floor * recheck.force_scale)
-
+    tolerances, strong = recheck.tolerances, recheck.problem.mechanics.strong
+    if not found.check(
+        "z_strong",
+        strong == (hold.z_strong is not None),
+        f"z_strong is {hold.z_strong}; with mechanics.margin: "
+        + ("strong it is a number" if strong else "nominal the plan says nothing of it"),
+        hold.segment,
+    ):
+        return
     z = recheck.margin(hold)
     found.margin(z)
     where = "with these modes and this f_com"
-    found.claim("z", "z =", (hold.z, z), slack(z), where=where, segment=hold.segment)
-    best = z if recheck.unbeaten(hold, z + slack(z)) else recheck.best(hold).z
-    found.check(
-        "best modes",
-        z >= best - slack(best),
-        f"with these modes and this f_com z is {z:.9g}; the best of all modes and commands is "
-        f"{best:.9g} ({best - z:.3g} more, allowed {slack(best):.3g})",
-        hold.segment,
-    )
-    least = min(z, hold.z)
+    found.claim("z", "z =", (hold.z, z), _slack(recheck, z), where=where, segment=hold.segment)
+    name, least = ("z_strong", _strong(recheck, hold, z, found)) if strong else ("z", z)
+    if not strong:
+        best = z if recheck.unbeaten(hold, z + _slack(recheck, z)) else recheck.best(hold).z
+        found.check(
+            "best modes",
+            z >= best - _slack(recheck, best),
+            f"with these modes and this f_com z is {z:.9g}; the best of all modes and commands is "
+            f"{best:.9g} ({best - z:.3g} more, allowed {_slack(recheck, best):.3g})",
+            hold.segment,
+        )
+    z_min = recheck.problem.mechanics.z_min
+    least = min(least, hold.z)
     found.check(
         "z_min",
         least >= z_min * (1.0 - tolerances.z_min),
-        f"z is {least:.9g}, below z_min = {z_min:.9g} by {z_min - least:.3g}",
+        f"{name} is {least:.9g}, below z_min = {z_min:.9g} by {z_min - least:.3g}",
         hold.segment,
     )
+
+
+def _slack(recheck: Recheck, z: float) -> float:
+    tolerances = recheck.tolerances
+    return tolerances.z * max(abs(z), tolerances.z_floor * recheck.force_scale)
+
+
+def _strong(recheck: Recheck, hold: Hold, z: float, found: Findings) -> float:
+    """Judge what is claimed to be strongly held; return what is.
+
+    Beyond the claim z_strong is asked for only so far as it tells whether the claim is wrong.
+    """
+    claimed = hold.z_strong or 0.0
+    slack = _slack(recheck, claimed)
+    z_strong = recheck.strong(hold, min(z, claimed + 2.0 * slack))
+    where = "with these modes and this f_com, at least" if z_strong > claimed + slack else ""
+    values = claimed, z_strong
+    found.claim("z_strong", "z_strong =", values, slack, where=where, segment=hold.segment)
+    return min(z_strong, claimed)

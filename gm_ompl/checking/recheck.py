@@ -24,6 +24,7 @@ from gm_ompl.reference.cases import Case, margins_in, stability_in
 from gm_ompl.reference.junction import equilibrium
 from gm_ompl.reference.modes import combinations, decide_modes, margin
 from gm_ompl.reference.stability import NEGLIGIBLE
+from gm_ompl.reference.strong import strong_margin
 from gm_ompl.reference.swept import SweptJudge
 
 
@@ -84,6 +85,7 @@ class Hold:
         f_com: their commanded forces.
         z: the claimed margin.
         segment: number of the segment, or None for a regrasp.
+        z_strong: how much of it is claimed to be strongly held; None where nothing is said.
     """
 
     contacts: ContactState
@@ -93,6 +95,7 @@ class Hold:
     f_com: Forces
     z: float = 0.0
     segment: int | None = None
+    z_strong: float | None = None
 
     @property
     def hand(self) -> tuple[Fingers, Placements]:
@@ -191,6 +194,14 @@ class Recheck:
             return margin(self._instant(hold), hold.modes, hold.f_com, allowed)
 
         return self._once("margin", hold, (hold.modes, hold.f_com), solved)
+
+    def strong(self, hold: Hold, z: float) -> float:
+        """Return z_strong with the modes and the f_com of ``hold``, at most ``z``."""
+
+        def found() -> float:
+            return strong_margin(self._instant(hold), hold.modes, hold.f_com, z).z
+
+        return self._once("strong", hold, (hold.modes, hold.f_com, z), found)
 
     def unbeaten(self, hold: Hold, z: float) -> bool:
         """Whether it is proven, without solving Sec. 3.4 anew, that no modes have a larger z.

@@ -62,6 +62,7 @@ def _check_segments(
             f_com=segment.f_com,
             z=segment.z,
             segment=j,
+            z_strong=segment.z_strong,
         )
         check_hold(recheck, hold, found)
 
@@ -70,7 +71,8 @@ def _check_cost(
     recheck: Recheck, step: DisplacementStep, rows: Placements, arc: Arc, found: Findings
 ) -> None:
     """Judge Eq. (9), with the margins that the plan states (they are judged by themselves)."""
-    z = np.array([segment.z for segment in step.segments])
+    counts = "z_strong" if recheck.problem.mechanics.strong else "z"
+    z = np.array([getattr(segment, counts) or 0.0 for segment in step.segments])
     if not (z >= 0).all():
         return  # reported as a margin below z_min; Eq. (9) has no finite value
     problem = recheck.problem
@@ -169,5 +171,6 @@ def _check_rest(
         modes=tuple(ControlMode(step.modes[i]) for i in rest),
         f_com=tuple(step.f_com[i] for i in rest),
         z=step.z,
+        z_strong=step.z_strong,
     )
     check_hold(recheck, hold, found)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
+
+
+COMMANDS: Final = 8
+"""Where z_strong counts, f_com are multiples of this part of f_max."""
 
 
 class ControlMode(enum.Enum):

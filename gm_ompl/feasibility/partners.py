@@ -69,7 +69,8 @@ def best_partners(judge: Judge, environment: int, allowed: BoolArray) -> Partner
         LimitError: a limit in force is reached.
     """
     backend = judge.backend
-    if not isinstance(backend, KernelBackend) or judge.problem.uncertainty:
+    plain = judge.problem.uncertainty or judge.problem.mechanics.strong
+    if not isinstance(backend, KernelBackend) or plain:
         return _all_sets(judge, environment, allowed)
     ask = _question(judge, backend, environment, allowed)
     n, P = allowed.shape

@@ -11,8 +11,8 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.reference.modes import decide_modes
 from gm_ompl.reference.proof import proven_decision
+from gm_ompl.reference.strongest import decision_for
 
 
 @final
@@ -27,12 +27,12 @@ class ReferenceBackend:
     """
 
     def __init__(
-        self, problem: Problem, decide: Callable[[Instant], ModeDecision] = decide_modes
+        self, problem: Problem, decide: Callable[[Instant], ModeDecision] | None = None
     ) -> None:
         self.decisions = self.fallbacks = self.undecided = 0
         self.optimistic = False
         self._problem = problem
-        self._decide = decide
+        self._decide = decide or decision_for(problem)
         self._diagonal = problem.body.diagonal
         self._kinds = finger_kinds(problem)
         self._numbers: dict[bytes, int] = {}
@@ -68,7 +68,8 @@ class ReferenceBackend:
         try:
             return self._decide(instant)
         except SolverError:
-            decision = proven_decision(instant)
+            strong = self._problem.mechanics.strong
+            decision = None if strong else proven_decision(instant)
         if decision is not None:
             return decision
         self.undecided += 1

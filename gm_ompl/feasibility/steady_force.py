@@ -66,8 +66,11 @@ class Undecided:
 
     @property
     def fixed(self) -> bool:
-        """Whether f_com stays: at z = 0 no cut tells how far it is from losing equilibrium."""
-        return self.decision.z <= 0.0
+        """Whether f_com stays.
+
+        At z = 0 no cut tells how far it is from losing equilibrium; z_strong knows of no cuts.
+        """
+        return self.decision.z <= 0.0 or self.decision.nominal is not None
 
     @property
     def best(self) -> Array:
@@ -93,9 +96,7 @@ class Undecided:
         f_com, z = self.settled
         left = iter(f_com.tolist())
         commands = tuple(None if f is None else float(next(left)) for f in self.decision.f_com)
-        return ModeDecision(
-            self.decision.outcome, float(z), self.decision.modes, commands, self.decision.direction
-        )
+        return self.decision._replace(z=float(z), f_com=commands)
 
 
 def least_change(

@@ -9,7 +9,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.state import ContactState
-from gm_ompl.mechanics.strongest import StrongHand, as_strong, environment_rows
+from gm_ompl.mechanics.strongest import Met, StrongHand, as_strong, environment_rows
 from gm_ompl.problem import Placements, Problem
 
 Columns: TypeAlias = tuple[Array, Array, Array]
@@ -28,8 +28,10 @@ class StrongDecider:
     def __init__(self, problem: Problem, U: Array) -> None:
         self._scale, self._U = problem.force_scale, U
         self._mu = problem.environment.friction
+        self._met: Met = {}
         self._friction = problem.fingers.friction
-        self._f_max = problem.fingers.max_normal_force / self._scale
+        self._limits = problem.fingers.max_normal_force
+        self._f_max = self._limits / self._scale
 
     def decide(
         self, contacts: ContactState, columns: Columns, hand: IntArray, rows: Placements,
@@ -42,6 +44,10 @@ class StrongDecider:
         env, q, tips = columns
         around = environment_rows(contacts, np.full(len(contacts.points), self._mu), env, self._U)
         own = tips[hand, np.array(rows, dtype=np.int64)]
-        asked = StrongHand(around, env, q, own, self._f_max[hand], self._friction[hand])
+        asked = StrongHand(
+            around, env, q, own, self._f_max[hand], self._friction[hand], self._met
+        )
         best = asked.best(below / self._scale)
-        return None if asked.lost else as_strong(best, self._scale, below)
+        if asked.lost:
+            return None
+        return as_strong(best, asked.bound, self._scale, self._limits[hand], below)

@@ -71,7 +71,7 @@ def _renew(
         if column < 0:
             return np.inf
         pivot(T, d, basis, m, last + 1, row, column)
-    return max(-d[last], 0.0)
+    return max(-d[last], 0.0) + 0.0
 
 
 @compiled
@@ -177,7 +177,7 @@ def gives_way(
             for way in range(first, last_way(contacts, depth) + 1):
                 allowed[depth + 1] = allowed[depth]
                 presses(contacts, depth, way, allowed[depth + 1, K : K + C])
-                t = max(-d[depth, N + m], 0.0)
+                t = max(-d[depth, N + m], 0.0) + 0.0
                 if not _unmoved(T[depth], basis[depth], m, N, allowed[depth + 1]):
                     T[depth + 1], d[depth + 1] = T[depth], d[depth]
                     basis[depth + 1] = basis[depth]

@@ -10,23 +10,21 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Final, NamedTuple, final
+from typing import Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.decision import COMMANDS, ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState, Instant
+from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import commanded_margin
-from gm_ompl.mechanics.deviations import UNTOLD, ContactRows
+from gm_ompl.mechanics.deviations import UNTOLD, ContactRows, deviates
 from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
 from gm_ompl.mechanics.stability import REACHED
 from gm_ompl.mechanics.strong import gives_way, least_for
-
-COMMANDS: Final = 8
-"""Steps of a commanded force from 0 to f_max."""
 
 BETTER: Final = 1e-7
 """By how much, relatively, later modes and commands must be better."""
@@ -36,6 +34,9 @@ KEPT: Final = 6
 
 PLAIN: Final = 1e-12
 """Friction up to this is none."""
+
+
+Met: TypeAlias = dict[tuple[int, bytes, bytes], list[IntArray]]
 
 
 class EnvironmentRows(NamedTuple):
@@ -83,6 +84,22 @@ def together(
     )
 
 
+class Best(NamedTuple):
+    """What is best for z_strong; forces over force_scale.
+
+    Attributes:
+        z_strong: the largest.
+        z: of Problem (6), with the same modes and commands.
+        mask: the position-controlled fingers, as bits.
+        steps: (n,), commands over f_max; 0 under position control.
+    """
+
+    z_strong: float
+    z: float
+    mask: int
+    steps: Array
+
+
 @final
 class StrongHand:
     """A hand at an instant whose modes and commands are chosen for z_strong.
@@ -94,18 +111,22 @@ class StrongHand:
         tips: (n, s, 6), the fingers' columns for unit normal force.
         f_max: (n,).
         friction: (n,), of the fingers.
+        met: how contacts gave way before, for like contacts, with modes: tried first, and kept.
 
     Attributes:
+        env, q, tips, f_max: as given.
         lost: whether something that matters could not be proven.
+        bound: of all modes and commands that were given up, z_strong is at most this.
     """
 
     def __init__(
         self, around: EnvironmentRows, env: Array, q: Array, tips: Array, f_max: Array,
-        friction: Array,
+        friction: Array, met: Met | None = None,
     ) -> None:  # fmt: skip
-        self._around, self._env, self._q, self._tips = around, env, q, tips
-        self._f_max, self._friction = f_max, friction
-        self.lost = False
+        self._around, self.env, self.q, self.tips = around, env, q, tips
+        self.f_max, self._friction = f_max, friction
+        self.lost, self.bound = False, -np.inf
+        self.met: Met = {} if met is None else met
 
     @classmethod
     def of(cls, instant: Instant) -> StrongHand:
@@ -116,39 +137,27 @@ class StrongHand:
         around = environment_rows(instant.contacts, friction, env, U)
         return cls(around, env, q, tips, f_max, np.asarray(instant.friction, dtype=np.float64))
 
-    def held(self, mask: int, f: Array, z: float, enough: float = -1.0) -> tuple[float, IntArray]:
-        """Return z_strong of modes and commands f (n,), and what contacts do there.
+    def best(self, below: float, only: int = -1) -> Best | None:
+        """Return what is best for z_strong; None where it stays below ``below``.
 
-        ``z`` is that of Problem (6); up to ``enough``, z_strong need not be known any better.
+        ``only`` names one combination of modes by its mask; -1 stands for all that pass (5).
         """
-        force = self._force(mask)
-        rows = together(self._around, self._tips, self._friction, force)
-        found = np.full(len(rows.normal), UNTOLD)
-        limits_ = np.where(force, f, self._f_max)
-        t = gives_way(rows, len(f), self._q, limits_, DIRECTIONS, z, enough, found)
-        return t, found
-
-    def best(self, below: float) -> tuple[float, float, int, Array] | None:
-        """Return the largest z_strong, z, mask of modes and commands (n,) that have it.
-
-        None where z_strong stays below ``below``, or no modes pass Problem (5).
-        """
-        best, enough = None, np.nextafter(below, -np.inf)
-        for mask in self._passing():
+        best, enough = None, float(np.nextafter(below, -np.inf))
+        for mask in self.passing() if only < 0 else [only]:
             trial = _Trial(self, mask)
-            for f in self._commands(mask):
+            for steps in self._steps(mask):
                 limits.check()
-                found = trial.beyond(f, enough)
+                found = trial.beyond(steps * self.f_max, enough)
                 if found is not None:
-                    best = (*found, mask, f)
-                    enough = found[0] * (1.0 + BETTER)
+                    best = Best(*found, mask, steps)
+                    enough = best.z_strong * (1.0 + BETTER)
         return best
 
-    def _passing(self) -> list[int]:
+    def passing(self) -> list[int]:
         """Return the combinations of modes that pass Problem (5), most position control first."""
-        n = len(self._tips)
+        n = len(self.tips)
         largest = np.empty(1 << n, dtype=np.int64)
-        count, _ = modes.passing_sets(self._env, self._tips, -1, False, largest, np.zeros(6))
+        count, _ = modes.passing_sets(self.env, self.tips, -1, False, largest, np.zeros(6))
         self.lost = self.lost or count < 0
         return [
             mask
@@ -156,81 +165,103 @@ class StrongHand:
             if any(mask & whole == mask for whole in largest[: max(count, 0)].tolist())
         ]
 
-    def _commands(self, mask: int) -> Iterator[Array]:
-        """Yield commands (n,), large ones first; 0 stands for position control."""
-        steps = np.arange(COMMANDS, -1, -1) / COMMANDS
-        force = self._force(mask)
-        for chosen in itertools.product(*(steps if f else (0.0,) for f in force)):
-            yield np.array(chosen) * self._f_max
+    def contacts(self, mask: int) -> ContactRows:
+        """Return all contacts under these modes."""
+        return together(self._around, self.tips, self._friction, self.force(mask))
 
-    def _force(self, mask: int) -> BoolArray:
-        n = len(self._tips)
-        return np.array([not (mask >> i) & 1 for i in range(n)], dtype=np.bool_)
+    def _steps(self, mask: int) -> Iterator[Array]:
+        """Yield commands over f_max (n,), large ones first; 0 under position control."""
+        steps = np.arange(COMMANDS, -1, -1) / COMMANDS
+        for chosen in itertools.product(*(steps if f else (0.0,) for f in self.force(mask))):
+            yield np.array(chosen)
+
+    def force(self, mask: int) -> BoolArray:
+        """Return who is force-controlled (n,)."""
+        return np.array([not (mask >> i) & 1 for i in range(len(self.tips))], dtype=np.bool_)
 
 
 @final
 class _Trial:
-    """Tries one combination of modes."""
+    """Tries one combination of modes of a hand."""
 
     def __init__(self, hand: StrongHand, mask: int) -> None:
-        self._hand, self._mask, self._force = hand, mask, hand._force(mask)
-        self._rows = together(hand._around, hand._tips, hand._friction, self._force)
-        self._killers: list[IntArray] = []
+        self._hand, self._force, self._rows = hand, hand.force(mask), hand.contacts(mask)
+        key = (mask, self._rows.first.tobytes(), self._rows.plain.tobytes())
+        known = hand.met.setdefault(key, [])
+        self._killers = known
+        known[:] = [ways for ways in known if deviates(self._rows, ways)]
         self._cuts: list[tuple[float, Array]] = []
 
     def beyond(self, f: Array, enough: float) -> tuple[float, float] | None:
-        """Return z_strong and z with commands f (n,), None where z_strong is not above enough."""
+        """Return z_strong and z with commands f (n,); None where z_strong is at most enough."""
+        bound, found = self._tried(f, enough)
+        if found is None:
+            self._hand.bound = max(self._hand.bound, bound)
+        return found
+
+    def _tried(self, f: Array, enough: float) -> tuple[float, tuple[float, float] | None]:
+        """Return an upper bound on z_strong, and what ``beyond`` does."""
         hand, n, own = self._hand, len(f), f[self._force]
-        if any(c + float(slopes @ own) <= enough for c, slopes in self._cuts):
-            return None
-        limits_ = np.where(self._force, f, hand._f_max)
+        for c, slopes in self._cuts:
+            if c + float(slopes @ own) <= enough:
+                return c + float(slopes @ own), None
+        limit, least = np.where(self._force, f, hand.f_max), np.inf
         for ways in self._killers:
-            t = least_for(self._rows, n, hand._q, limits_, DIRECTIONS, ways, np.inf)
+            t = least_for(self._rows, n, hand.q, limit, DIRECTIONS, ways, least)
             if t <= enough:
-                return None
+                return t, None
+            least = min(least, t)
         slopes = np.zeros(len(own))
         end, z, c = commanded_margin(
-            hand._env, hand._q, hand._tips, hand._f_max, self._force, f, slopes
+            hand.env, hand.q, hand.tips, hand.f_max, self._force, f, slopes
         )
         if end != REACHED:
             hand.lost = True
-            return None
+            return np.inf, None
         self._cuts.append((c, slopes))
         if z <= enough:
-            return None
-        found = np.full(len(self._rows.normal), UNTOLD)
-        t = gives_way(self._rows, n, hand._q, limits_, DIRECTIONS, z, enough, found)
-        if found[0] != UNTOLD:
-            self._killers = [found, *self._killers][:KEPT]
-        return (t, z) if t > enough else None
+            return z, None
+        ways = np.full(len(self._rows.normal), UNTOLD)
+        t = gives_way(self._rows, n, hand.q, limit, DIRECTIONS, min(z, least), enough, ways)
+        if ways[0] != UNTOLD:
+            self._killers.insert(0, ways)
+            del self._killers[KEPT:]
+        return t, (t, z) if t > enough else None
 
 
 def strongest(instant: Instant, below: float = 0.0) -> ModeDecision:
     """Return the decision at an instant whose z_strong is largest.
 
     Where none reaches ``below`` it is BELOW.
+
+    Raises:
+        SolverError: the kernel found no proof.
     """
-    scale = instant.force_scale
-    return as_strong(StrongHand.of(instant).best(below / scale), scale, below)
+    hand = StrongHand.of(instant)
+    best = hand.best(below / instant.force_scale)
+    if hand.lost:
+        raise SolverError("the mechanics kernel found no strong margin that it can prove")
+    return as_strong(best, hand.bound, instant.force_scale, instant.max_normal_force, below)
 
 
 def as_strong(
-    best: tuple[float, float, int, Array] | None, scale: float, below: float
+    best: Best | None, bound: float, scale: float, f_max: Array, below: float
 ) -> ModeDecision:
-    """Return the decision that an answer of ``StrongHand.best`` is, in units of ``scale``."""
-    if best is None or best[0] * scale < below:
-        return ModeDecision(Outcome.BELOW, float(np.nextafter(below, -np.inf)))
-    t, z, mask, f = best
+    """Return the decision that an answer of ``StrongHand.best`` is, in units of ``scale``.
+
+    ``bound`` is what z_strong stays within without an answer; ``f_max`` (n,) in those units.
+    """
+    if best is None or best.z_strong * scale < below:
+        bound = min(max(bound, 0.0) * scale, float(np.nextafter(below, -np.inf)))
+        return ModeDecision(Outcome.BELOW, bound)
     held = tuple(
-        ControlMode.POSITION if (mask >> i) & 1 else ControlMode.FORCE for i in range(len(f))
+        ControlMode.POSITION if (best.mask >> i) & 1 else ControlMode.FORCE
+        for i in range(len(f_max))
     )
     forces = tuple(
-        None if mode is ControlMode.POSITION else float(x) * scale
-        for mode, x in zip(held, f, strict=True)
+        None if mode is ControlMode.POSITION else float(x)
+        for mode, x in zip(held, best.steps * f_max, strict=True)
     )
-    return ModeDecision(Outcome.STABLE, t * scale, held, forces, -1, z * scale)
-
-
-def contact_rows(instant: Instant, position: tuple[bool, ...]) -> tuple[ContactRows, Array]:
-    h = StrongHand.of(instant)
-    return together(h._around, h._tips, h._friction, ~np.array(position, dtype=bool)), h._q
+    return ModeDecision(
+        Outcome.STABLE, best.z_strong * scale, held, forces, -1, best.z * scale
+    )

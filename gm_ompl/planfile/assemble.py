@@ -102,14 +102,17 @@ def _step(problem: Problem, move: Move) -> DisplacementStep | RegraspStep:
     limits = problem.fingers.max_normal_force
 
     def control(decision: ModeDecision, lifted: int | None = None) -> dict[str, Any]:
-        """Return modes, f_com and z, with no mode and no force for a lifted finger."""
+        """Return modes, f_com and margins, with no mode and no force for a lifted finger."""
         modes: list[Mode | None] = [mode.value for mode in decision.modes]
         forces = list(decision.f_com)
         if lifted is not None:
             modes.insert(lifted, None)
             forces.insert(lifted, None)
         f_com = [_within(f, limit) for f, limit in zip(forces, limits, strict=True)]
-        return {"modes": modes, "f_com": f_com, "z": decision.z}
+        if decision.nominal is None:
+            return {"modes": modes, "f_com": f_com, "z": decision.z}
+        margins = {"z": decision.nominal, "z_strong": decision.z}
+        return {"modes": modes, "f_com": f_com, **margins}
 
     if isinstance(move, Displacement):
         return _made(

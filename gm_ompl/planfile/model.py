@@ -66,11 +66,14 @@ class SegmentRecord(PlanPart):
         modes: per finger.
         f_com: per finger, the commanded normal force; None under position control.
         z: the optimum of Problem (6) with these modes and this f_com.
+        z_strong: how much of it is strongly held, where the scenario plans with that; then it is
+            what enters (9).
     """
 
     modes: tuple[Mode, ...]
     f_com: tuple[float | None, ...]
     z: float
+    z_strong: float | None = None
 
 
 class DisplacementStep(PlanPart):
@@ -114,6 +117,7 @@ class RegraspStep(PlanPart):
         modes: per finger, None for the lifted one.
         f_com: per finger, None under position control and for the lifted one.
         z: the stability margin of the rest.
+        z_strong: as for a segment.
         cost: Eq. (10).
     """
 
@@ -127,6 +131,7 @@ class RegraspStep(PlanPart):
     modes: tuple[Mode | None, ...]
     f_com: tuple[float | None, ...]
     z: float
+    z_strong: float | None = None
     cost: float
 
 
@@ -266,7 +271,12 @@ class Plan(PlanPart):
 
     def to_dict(self) -> Json:
         """Return the plan with the file's keys, lists for sequences."""
-        return self.model_dump(mode="json", by_alias=True)
+        whole = self.model_dump(mode="json", by_alias=True)
+        for step in whole["steps"]:
+            for part in (step, *step.get("segments", ())):
+                if part.get("z_strong", 0.0) is None:
+                    del part["z_strong"]
+        return whole
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the plan to ``path``, whole or not at all.

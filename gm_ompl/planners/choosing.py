@@ -177,7 +177,10 @@ class Chooser:
         """Return per instant the decision with the modes to use and the best f_com for them."""
         count, instants = self.problem.fingers.count, self.instants
         own = [spread(instant.decision, instant.fingers, count) for instant in instants]
-        if not broken and not any(switches(a, b) for a, b in pairwise(own)):
+        settled = self.problem.mechanics.strong or not (
+            broken or any(switches(a, b) for a, b in pairwise(own))
+        )
+        if settled:
             return [instant.decision for instant in instants]
         options = [self._choices(instant) for instant in instants]
         return fewest_switches(options, [i.fingers for i in instants], count, broken)

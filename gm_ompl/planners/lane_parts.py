@@ -63,9 +63,10 @@ def part_search(
 
 
 def part_class(problem: Problem) -> type[LanePart] | type[CellPart]:
-    """Return which search suits a problem; bounds over cells know of no uncertainty."""
+    """Return which search suits a problem; bounds over cells know of z alone."""
     few = set_count(problem) <= FEW_SETS
-    return LanePart if few or problem.uncertainty else CellPart
+    plain = few or problem.uncertainty or problem.mechanics.strong
+    return LanePart if plain else CellPart
 
 
 def set_count(problem: Problem) -> int:

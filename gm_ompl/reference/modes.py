@@ -97,6 +97,11 @@ def squeezed(instant: Instant) -> tuple[Statics, ...]:
     return tuple(statics(there) for there in squeezing(instant))
 
 
+def passes(instant: Instant, modes: Modes) -> bool:
+    """Whether a combination of modes passes Problem (5)."""
+    return not _excessive(squeezed(instant), modes).excessive
+
+
 def margin(
     instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None],
     allowed: float = BALANCED,

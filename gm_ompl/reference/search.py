@@ -20,7 +20,7 @@ from gm_ompl.reference.air import Freedom
 from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.contact_lattice import object_graph
 from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
-from gm_ompl.reference.modes import decide_modes
+from gm_ompl.reference.strongest import decision_for
 
 Node: TypeAlias = tuple[int, Placements]
 """Lattice node of the object, and per finger its placement; increasing among fingers that are
@@ -55,18 +55,18 @@ class PlainResult:
     decisions: int
 
 
-def plain_search(problem: Problem, decide: Decide = decide_modes) -> PlainResult:
+def plain_search(problem: Problem, decide: Decide | None = None) -> PlainResult:
     """Return the minimum-cost path from the virtual start node to the virtual goal node.
 
     Args:
         problem: what to solve.
-        decide: Sec. 3.4; the reference's own by default.
+        decide: Sec. 3.4; by default the reference's own, by the margin that counts.
 
     Raises:
         InputError: the start is not a lattice node.
         SolverError: a mode decision could not be made.
     """
-    graph = Graph(problem, ReferenceJudge(problem, decide))
+    graph = Graph(problem, ReferenceJudge(problem, decide or decision_for(problem)))
     cost: dict[Node, float] = dict.fromkeys(graph.starts(), 0.0)
     parent: dict[Node, Node] = {}
     done: set[Node] = set()

@@ -57,7 +57,7 @@ class StrongMargin:
 
 def strong_margin(
     instant: Instant, modes: Sequence[ControlMode], f_com: Sequence[float | None], z: float,
-    fingers: Sequence[int] | None = None,
+    fingers: Sequence[int] | None = None, enough: float = -np.inf,
 ) -> StrongMargin:  # fmt: skip
     """Return z_strong of control modes and commands at an instant, in the nominal world.
 
@@ -67,6 +67,7 @@ def strong_margin(
         f_com: per finger, its commanded normal force; None under position control.
         z: the margin of Problem (6), the scenario's units; what gives way only beyond is not asked.
         fingers: the numbers that the fingers are told by; counted from 0 where left out.
+        enough: where z_strong is at most this, it need not be known any better.
 
     Raises:
         SolverError: the solver returned no answer.
@@ -80,6 +81,7 @@ def strong_margin(
     search = _Search(
         [list(contact.modes(instant.cone_edges)) for contact in contacts],
         [contact.least for contact in contacts], _Load(model, force, commands), z / model.scale,
+        enough / model.scale,
     )  # fmt: skip
     search.run()
     wrench = np.asarray(np.linalg.solve(model.R_sqrt, search.disturbance), dtype=np.float64)
@@ -125,9 +127,10 @@ class _Search:
     """Depth first over the contacts' modes, what gives way under least first."""
 
     def __init__(
-        self, modes: list[list[ContactMode]], least: list[Array], load: _Load, z: float
-    ) -> None:
-        self._modes, self._least, self._load = modes, least, load
+        self, modes: list[list[ContactMode]], least: list[Array], load: _Load, z: float,
+        enough: float,
+    ) -> None:  # fmt: skip
+        self._modes, self._least, self._load, self._enough = modes, least, load, enough
         self.best, self.names, self.disturbance = z, tuple[str, ...](), np.zeros(6)
 
     def run(self) -> None:
@@ -154,7 +157,7 @@ class _Search:
             allowed[mode.pressing] = True
             open_.append((*self._load.least(allowed), allowed, mode))
         for bound, wrench, allowed, mode in sorted(open_, key=lambda entry: entry[0]):
-            if bound < self.best - CLOSER:
+            if self.best > self._enough and bound < self.best - CLOSER:
                 self._descend([*chosen, mode], allowed, bound, wrench)
 
     def _moves(self, chosen: list[ContactMode]) -> bool:
