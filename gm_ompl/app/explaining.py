@@ -226,6 +226,8 @@ def _instant(line: InstantLine) -> Iterator[str]:
     yield f"  at {_numbers(line.q)}, {moving}: {_why(line)}"
     if line.limit is not None and line.z is not None:
         yield f"    the disturbance that limits z: {line.limit}"
+    if line.gives_way:
+        yield f"    gives way: {', '.join(line.gives_way)}"
     best = sorted(line.modes, key=lambda row: -1.0 if row.z is None else row.z, reverse=True)
     texts = (f"    {' '.join(row.modes):20s} {_mode(row)}" for row in best)
     yield from _shown(texts, MODES_SHOWN, "combinations of modes, none better")

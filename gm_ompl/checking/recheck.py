@@ -198,10 +198,9 @@ class Recheck:
     def strong(self, hold: Hold, z: float) -> float:
         """Return z_strong with the modes and the f_com of ``hold``, at most ``z``."""
 
-        def found() -> float:
-            return strong_margin(self._instant(hold), hold.modes, hold.f_com, z).z
-
-        return self._once("strong", hold, (hold.modes, hold.f_com, z), found)
+        claim = (hold.modes, hold.f_com)
+        found = lambda: strong_margin(self._instant(hold), *claim, z).z  # noqa: E731
+        return self._once("strong", hold, (*claim, z), found)
 
     def unbeaten(self, hold: Hold, z: float) -> bool:
         """Whether it is proven, without solving Sec. 3.4 anew, that no modes have a larger z.

@@ -18,12 +18,14 @@ from gm_ompl.contact.environment import (
     contacts_at,
     environment_contacts,
 )
+from gm_ompl.contact.state import Instant
 from gm_ompl.diagnosis.values import ContactLine, InstantLine, ModeLine
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.mechanics.case_alternatives import choices_at
+from gm_ompl.mechanics.strongest import strong_choices
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -240,16 +242,22 @@ class Explainer:
         line = self.line(q, direction, placements, verdict)
         if verdict.finding is Finding.GEOMETRY:
             return line
-        return replace(line, modes=self._modes(q, direction, placements))
-
-    def _modes(
-        self, q: Coordinates, direction: Coordinates | None, placements: Placements
-    ) -> tuple[ModeLine, ...]:
         problem, moment = self.problem, self.problem.motion.moment(q, direction)
         contacts = contacts_at(moment, problem.body, problem.environment)
-        everyone = tuple(range(len(placements)))
-        instant = problem.instant(contacts, everyone, placements)
-        found = {d.modes: d for d in choices_at(instant).modes(0.0)}
+        instant = problem.instant(contacts, tuple(range(len(placements))), placements)
+        gives_way: tuple[str, ...] = ()
+        best = verdict.decision
+        if best is not None and best.nominal is not None:
+            # Imported late: it loads HiGHS.
+            from gm_ompl.reference.strong import strong_margin
+
+            gives_way = strong_margin(instant, best.modes, best.f_com, best.nominal).modes
+        return replace(line, gives_way=gives_way, modes=self._modes(instant, placements))
+
+    def _modes(self, instant: Instant, placements: Placements) -> tuple[ModeLine, ...]:
+        strong = self.problem.mechanics.strong
+        choices = strong_choices(instant) if strong else choices_at(instant).modes(0.0)
+        found = {d.modes: d for d in choices}
         every = itertools.product(ControlMode, repeat=len(placements))
         return tuple(_mode_line(modes, found.get(modes)) for modes in every)
 

@@ -42,6 +42,8 @@ class InstantLine:
         z: the best margin; None where geometry, Problem (5) or equilibrium fails.
         ratio: z / z_min; 0 without equilibrium, None where it is not known or z_min is 0.
         limit: in words, the disturbance that limits z.
+        gives_way: what every contact does under the least disturbance that is not strongly held,
+            where z_strong counts and is less than z.
         modes: every combination of modes, where geometry holds.
         place: with free motion, where the object is.
         moving: with free motion, what it does there, in words; None at rest.
@@ -54,6 +56,7 @@ class InstantLine:
     z: float | None = None
     ratio: float | None = None
     limit: str | None = None
+    gives_way: tuple[str, ...] = ()
     modes: tuple[ModeLine, ...] = ()
     place: Place | None = None
     moving: str | None = None

@@ -19,6 +19,14 @@ from gm_ompl.mechanics.robust import Surroundings, Tips, decide_case_rows, decid
 from gm_ompl.problem import Problem
 
 
+def spots(problem: Problem) -> tuple[Array, Array]:
+    """Return where each finger may touch, and the normals there, (n, P, 3) each."""
+    hand = problem.fingers
+    shape = (hand.count, len(hand.placements), 3)
+    points = np.broadcast_to(hand.placements.points, shape)
+    return points, np.broadcast_to(hand.placements.normals, shape)
+
+
 @final
 class CaseDecider:
     """Asks the kernel about the cases of one problem's contact states.
@@ -33,11 +41,8 @@ class CaseDecider:
 
     def __init__(self, problem: Problem, U: Array) -> None:
         hand = problem.fingers
-        shape = (hand.count, len(hand.placements), 3)
-        points = np.broadcast_to(hand.placements.points, shape)
-        normals = np.broadcast_to(hand.placements.normals, shape)
         self.tips: Tips = hand_tips(
-            points, normals, hand.friction, hand.soft, problem.mechanics.cone_edges, U,
+            *spots(problem), hand.friction, hand.soft, problem.mechanics.cone_edges, U,
             problem.uncertainty,
         )  # fmt: skip
         self._problem, self._U, self._scale = problem, U, problem.force_scale

@@ -11,7 +11,7 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
-from gm_ompl.feasibility.case_decider import CaseDecider
+from gm_ompl.feasibility.case_decider import CaseDecider, spots
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
 from gm_ompl.feasibility.strong_decider import StrongDecider
 from gm_ompl.mechanics import columns, modes
@@ -55,7 +55,12 @@ class KernelBackend:
         self._cases = CaseDecider(problem, self._U) if problem.uncertainty else None
         self._strong = StrongDecider(problem, self._U) if settings.strong else None
         # Cuts of the first case's fingertips: what bounds one case bounds the worst.
-        self._tips = self._tip_columns() if self._cases is None else self._cases.tips.tables[0]
+        traits = hand.friction, hand.soft, settings.cone_edges, self._U
+        self._tips = (
+            columns.hand_columns(*spots(problem), *traits)
+            if self._cases is None
+            else self._cases.tips.tables[0]
+        )
         self._numbers: dict[bytes, int] = {}
         self._contacts: list[ContactState] = []
         self._env: list[Array] = []
@@ -79,13 +84,6 @@ class KernelBackend:
     def tips(self) -> Array:
         """All fingers' columns for unit normal force at all placements (n, P, s, 6)."""
         return self._tips
-
-    def _tip_columns(self) -> Array:
-        """Return every finger's columns at every placement for unit normal force (n, P, s, 6)."""
-        hand, s = self._problem.fingers, self._problem.mechanics.cone_edges
-        points = np.broadcast_to(hand.placements.points, (hand.count, len(hand.placements), 3))
-        normals = np.broadcast_to(hand.placements.normals, points.shape)
-        return columns.hand_columns(points, normals, hand.friction, hand.soft, s, self._U)
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""
@@ -116,12 +114,7 @@ class KernelBackend:
     ) -> ModeDecision:
         """Return the best modes for ``fingers`` at ``placements`` (same length).
 
-        Args:
-            environment: number of the contact state.
-            fingers: who touches.
-            placements: where.
-            below: where z is proven smaller than this, outcome BELOW and a bound will do.
-
+        Where z is proven smaller than ``below``, outcome BELOW and a bound will do.
         """
         kinds, hand = self._hand(fingers)
         key = (environment, kinds, placements)
@@ -183,11 +176,7 @@ class KernelBackend:
     ) -> list[ModeDecision]:
         """Return what ``decide`` would for the whole hand at many sets of placements at once.
 
-        Args:
-            environments: (K,), the contact state of each decision.
-            sets: (K, n), its placements.
-            below: where z is proven smaller than this, outcome BELOW and a bound will do.
-
+        ``environments`` (K,) are the contact states, ``sets`` (K, n) the placements.
         """
         kinds = tuple(self._kinds)
         keys = [
@@ -250,14 +239,12 @@ class KernelBackend:
         """Return the decision by z_strong where that counts; z bounds it from above."""
         if self._strong is None or decision.outcome is not Outcome.STABLE:
             return decision
-        if decision.z < below:
-            return ModeDecision(Outcome.BELOW, decision.z)
         columns = self._env[environment], self._load[environment], self._tips
-        found = self._strong.decide(self._contacts[environment], columns, hand, rows, below)
+        contacts = self._contacts[environment]
+        found = self._strong.decide(decision.z, contacts, columns, hand, rows, below)
         if found is None:
             self.undecided += 1
-            return undecided(len(hand), self.optimistic)
-        return found
+        return found or undecided(len(hand), self.optimistic)
 
     def _hand(self, fingers: tuple[int, ...]) -> tuple[Placements, IntArray]:
         """Return the fingers' kinds and their numbers as an array."""

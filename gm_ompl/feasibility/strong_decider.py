@@ -7,7 +7,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.contact.decision import ModeDecision
+from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
 from gm_ompl.mechanics.strongest import Met, StrongHand, as_strong, environment_rows
 from gm_ompl.problem import Placements, Problem
@@ -34,13 +34,15 @@ class StrongDecider:
         self._f_max = self._limits / self._scale
 
     def decide(
-        self, contacts: ContactState, columns: Columns, hand: IntArray, rows: Placements,
-        below: float,
+        self, z: float, contacts: ContactState, columns: Columns, hand: IntArray,
+        rows: Placements, below: float,
     ) -> ModeDecision | None:  # fmt: skip
         """Return the decision for fingers ``hand`` at ``rows``; None where nothing is proven.
 
-        Where z_strong stays below ``below``, it is BELOW.
+        Where z_strong stays below ``below``, as it does where the best ``z`` is, it is BELOW.
         """
+        if z < below:
+            return ModeDecision(Outcome.BELOW, z)
         env, q, tips = columns
         around = environment_rows(contacts, np.full(len(contacts.points), self._mu), env, self._U)
         own = tips[hand, np.array(rows, dtype=np.int64)]

@@ -244,6 +244,14 @@ def strongest(instant: Instant, below: float = 0.0) -> ModeDecision:
     return as_strong(best, hand.bound, instant.force_scale, instant.max_normal_force, below)
 
 
+def strong_choices(instant: Instant) -> tuple[ModeDecision, ...]:
+    """Return per combination of modes that passes (5) what is best for z_strong, if proven."""
+    hand, scale = StrongHand.of(instant), instant.force_scale
+    best = [hand.best(0.0, mask) for mask in hand.passing()]
+    limits_ = instant.max_normal_force
+    return tuple(as_strong(one, 0.0, scale, limits_, 0.0) for one in best if one is not None)
+
+
 def as_strong(
     best: Best | None, bound: float, scale: float, f_max: Array, below: float
 ) -> ModeDecision:

@@ -14,7 +14,7 @@ press as they like bounds t from below, and modes that no v != 0 has are left ou
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -79,8 +79,8 @@ def strong_margin(
     # Fingertips first: they have most to say about what can move.
     contacts = contacts_of(instant, model, modes, fingers)[::-1]
     search = _Search(
-        [list(contact.modes(instant.cone_edges)) for contact in contacts],
-        [contact.least for contact in contacts], _Load(model, force, commands), z / model.scale,
+        [[_unit(mode) for mode in contact.modes(instant.cone_edges)] for contact in contacts],
+        [_unit_rows(contact.least) for contact in contacts], _Load(model, force, commands), z / model.scale,
         enough / model.scale,
     )  # fmt: skip
     search.run()
@@ -163,7 +163,7 @@ class _Search:
     def _moves(self, chosen: list[ContactMode]) -> bool:
         """Whether some v != 0 goes with the modes chosen, the other contacts not penetrated."""
         least = np.vstack([mode.least for mode in chosen] + self._least[len(chosen) :])
-        return not only_zero(least, np.vstack([mode.zero for mode in chosen]))
+        return not _only_zero(least, np.vstack([mode.zero for mode in chosen]))
 
 
 def only_zero(least: Array, zero: Array) -> bool:
@@ -172,17 +172,25 @@ def only_zero(least: Array, zero: Array) -> bool:
     By Stiemke's theorem: the rows have rank 6, and those of ``least``, each taken some positive
     number of times, cancel with the others.
     """
-    least, zero = _unit_rows(least), _unit_rows(zero)
-    rows = np.vstack([least, zero])
-    if len(rows) < 6 or np.linalg.svd(rows, compute_uv=False)[5] < CANCELS:
+    return _only_zero(_unit_rows(least), _unit_rows(zero))
+
+
+def _only_zero(least: Array, zero: Array) -> bool:
+    """As ``only_zero``, of rows of unit length; the cheaper question first."""
+    if len(least) + len(zero) < 6:
         return False
-    if len(least) == 0:
-        return True
-    try:
-        left = nnls(np.hstack([least.T, zero.T, -zero.T]), -least.sum(axis=0))[1]
-    except RuntimeError:  # too many iterations
-        return False
-    return bool(left < CANCELS)
+    if len(least):
+        try:
+            left = nnls(np.hstack([least.T, zero.T, -zero.T]), -least.sum(axis=0))[1]
+        except RuntimeError:  # too many iterations
+            return False
+        if left >= CANCELS:
+            return False
+    return bool(np.linalg.svd(np.vstack([least, zero]), compute_uv=False)[5] >= CANCELS)
+
+
+def _unit(mode: ContactMode) -> ContactMode:
+    return replace(mode, least=_unit_rows(mode.least), zero=_unit_rows(mode.zero))
 
 
 def _unit_rows(rows: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from gm_ompl.errors import did_you_mean
-from gm_ompl.scenario.anywhere_checks import anywhere_findings
+from gm_ompl.scenario.combination_checks import combination_findings
 from gm_ompl.scenario.document import Path
 from gm_ompl.scenario.fields import BoxModel, MeshUse, per_finger
 from gm_ompl.scenario.free_checks import free_findings, free_lattice_findings
@@ -294,7 +294,7 @@ CHECKS: tuple[tuple[set[str], Callable[[ScenarioModel], Iterator[Finding]]], ...
     ({"motion", "lattice"}, lattice_findings),
     ({"motion", "lattice"}, free_lattice_findings),
     ({"mechanics", "cost"}, _cost),
-    ({"fingers", "mechanics", "motion", "hand", "uncertainty"}, anywhere_findings),
+    ({"fingers", "mechanics", "motion", "hand", "uncertainty"}, combination_findings),
     ({"uncertainty", "friction", "fingers", "object", "environment"}, _uncertainty),
     ({"expect"}, _expect),
 )

@@ -1,4 +1,4 @@
-"""What a scenario with continuous placements needs."""
+"""What cannot be had together: continuous placements, strong margins and what knows neither."""
 
 from __future__ import annotations
 
@@ -9,7 +9,26 @@ from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.motion_checks import Finding
 
 
-def anywhere_findings(model: ScenarioModel) -> Iterator[Finding]:
+def combination_findings(model: ScenarioModel) -> Iterator[Finding]:
+    """Say what cannot be had together."""
+    yield from _anywhere(model)
+    yield from _strong(model)
+
+
+def _strong(model: ScenarioModel) -> Iterator[Finding]:
+    """Say what z_strong knows nothing of."""
+    if model.mechanics.margin != "strong":
+        return
+    soft = model.fingers.soft
+    for given, key in (
+        (model.uncertainty is not None, "a certain world: remove uncertainty"),
+        (max(soft if isinstance(soft, tuple) else (soft,)) > 0.0, "points: remove fingers.soft"),
+    ):
+        if given:
+            yield ("mechanics", "margin"), "strong", f"needs {key}"
+
+
+def _anywhere(model: ScenarioModel) -> Iterator[Finding]:
     """Say what continuous placements need, and what they cannot be had with."""
     placements, where = model.fingers.placements, ("fingers", "placements", "continuous")
     if placements.continuous is None:
