@@ -197,7 +197,6 @@ class Recheck:
 
     def strong(self, hold: Hold, z: float) -> float:
         """Return z_strong with the modes and the f_com of ``hold``, at most ``z``."""
-
         claim = (hold.modes, hold.f_com)
         found = lambda: strong_margin(self._instant(hold), *claim, z).z  # noqa: E731
         return self._once("strong", hold, (*claim, z), found)

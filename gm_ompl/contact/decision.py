@@ -6,9 +6,15 @@ import enum
 import math
 from typing import Final, NamedTuple
 
+COMMANDS: Final = (8, 8, 8, 4)
+"""By the number of force-controlled fingers, into how many equal steps f_max is divided where
+f_com is looked for by trial; 2 for more fingers."""
 
-COMMANDS: Final = 8
-"""Where z_strong counts, f_com are multiples of this part of f_max."""
+
+def command_steps(forced: int) -> tuple[float, ...]:
+    """Return the commands over f_max that are tried per force-controlled finger, large first."""
+    steps = COMMANDS[forced] if forced < len(COMMANDS) else 2
+    return tuple(k / steps for k in range(steps, -1, -1))
 
 
 class ControlMode(enum.Enum):

@@ -55,9 +55,10 @@ class KernelBackend:
         self._cases = CaseDecider(problem, self._U) if problem.uncertainty else None
         self._strong = StrongDecider(problem, self._U) if settings.strong else None
         # Cuts of the first case's fingertips: what bounds one case bounds the worst.
-        traits = hand.friction, hand.soft, settings.cone_edges, self._U
         self._tips = (
-            columns.hand_columns(*spots(problem), *traits)
+            columns.hand_columns(
+                *spots(problem), hand.friction, hand.soft, settings.cone_edges, self._U
+            )
             if self._cases is None
             else self._cases.tips.tables[0]
         )
@@ -213,9 +214,7 @@ class KernelBackend:
 
         share_out(work, K)
         loads = [self._load[state] for state in which]
-        return [
-            self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)
-        ]
+        return [self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)]
 
     def _answer(
         self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array,
@@ -281,10 +280,9 @@ class KernelBackend:
         )  # fmt: skip
 
     def columns(self, environment: int) -> tuple[Array, Array, Array, Array]:
-        """Return what acts at a contact state, forces over ``scale``.
+        """Return what acts at a contact state, forces over ``scale``, and f_max (n,).
 
-        The environment's columns (e, 6), the load (6,), all fingers' columns for unit normal force
-        at all placements (n, P, s, 6), and f_max (n,).
+        That is the environment's columns (e, 6), the load (6,), all fingers' (n, P, s, 6).
         """
         return self._env[environment], self._load[environment], self._tips, self._f_max
 

@@ -46,9 +46,7 @@ class StrongDecider:
         env, q, tips = columns
         around = environment_rows(contacts, np.full(len(contacts.points), self._mu), env, self._U)
         own = tips[hand, np.array(rows, dtype=np.int64)]
-        asked = StrongHand(
-            around, env, q, own, self._f_max[hand], self._friction[hand], self._met
-        )
+        asked = StrongHand(around, env, q, own, self._f_max[hand], self._friction[hand], self._met)
         best = asked.best(below / self._scale)
         if asked.lost:
             return None

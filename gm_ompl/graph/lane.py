@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.holds.rows import Tables
 from gm_ompl.holds.sets import LIFTED, staying_of
 from gm_ompl.problem import Placements
+
+FEW: Final = 6
+"""Segments decided by z_strong, before a lane must still prove to be the cheapest."""
 
 
 @final

@@ -12,7 +12,7 @@ from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
-from gm_ompl.graph.lane import Hub, Lane
+from gm_ompl.graph.lane import FEW, Hub, Lane
 from gm_ompl.graph.lane_air import LaneAir
 from gm_ompl.graph.lane_bounds import best_target, hub_defaults, hub_rows, lane_keys, spread
 from gm_ompl.graph.lanes import Leaving, lane_table
@@ -50,6 +50,7 @@ class LaneGraph:
     ) -> None:  # fmt: skip
         self._problem, self._judge, self._backend = problem, judge, backend
         self.nodes, self._table = lane_table(judge, stop, leaving)
+        self._few = FEW if problem.mechanics.strong else -1
         self.start = self.nodes.index(problem.object_graph.start)
         self.tables, self._known = self._table.measured, Known(judge, self._table)
         backend.pool.reserve(1 + int(self.tables.states.max(initial=0)))
@@ -273,7 +274,7 @@ class LaneGraph:
         return tuple(reversed(arcs))
 
     def judge_arcs(self, lane: Lane, way: tuple[int, ...]) -> bool:
-        """Decide the arcs of a way along a lane, least likely to hold first.
+        """Decide the arcs of a way along a lane, least likely to hold first, dear ones by and by.
 
         Returns:
             Whether all hold; else the lane's bounds have changed.
@@ -285,13 +286,14 @@ class LaneGraph:
         at, parts = np.nonzero(np.isinf(lane.known[kinds]))
         # Smallest bound first; among equals from the far end, where paths tend to fail.
         order = np.lexsort((-at, lane.z[kinds[at], parts]))
-        holds = True
+        holds, left = True, self._few
         for k, j in zip(kinds[at[order]].tolist(), parts[order].tolist(), strict=True):
             if np.isinf(lane.known[k, j]):
                 state = int(states[k, j])
                 margin = self._known.decide(lane.placements, state)
                 lane.known[states == state] = margin
-                if margin == FAILED:
+                left -= margin < np.inf
+                if margin == FAILED or left == 0:
                     holds = False
                     break
         self.renewed(lane, force=True)

@@ -18,10 +18,10 @@ from gm_ompl.mechanics.tableau import FEASIBLE, feasible
 CANCELS: Final = 1e-9
 """What is left of rows of unit length when they depend on each other."""
 
-UNTOLD, OPEN, STICKS, CORNER = -1, 0, 1, 2
-"""Ways in which a contact behaves: not said; open; sticks, or slides on as it did before; slides
-with corner ``way - CORNER`` of the cone's polygon pressing; and, s more, with the side that begins
-there pressing."""
+UNTOLD, CLOSED, OPEN, STICKS, CORNER = -2, -1, 0, 1, 2
+"""Ways in which a contact behaves: not said; not open; open; sticks, or slides on as it did before;
+slides with corner ``way - CORNER`` of the cone's polygon pressing; and, s more, with the side that
+begins there pressing."""
 
 
 class ContactRows(NamedTuple):
@@ -56,7 +56,7 @@ def presses(contacts: ContactRows, i: int, way: int, pressing: BoolArray) -> Non
     begin, end = contacts.first[i], contacts.first[i + 1]
     s = end - begin
     for j in range(begin, end):
-        pressing[j] = way == STICKS
+        pressing[j] = way in (STICKS, CLOSED)
     if way >= CORNER:
         j = (way - CORNER) % s
         pressing[begin + j] = True
@@ -71,7 +71,7 @@ def _rows(
     """Append what a way asks of the twist; return the numbers of rows then."""
     normal, begin = contacts.normal[i], contacts.first[i]
     s = contacts.first[i + 1] - begin
-    if way <= OPEN:
+    if way in (OPEN, UNTOLD):
         if contacts.one_sided[i]:
             least[a] = normal
             a += 1
@@ -79,7 +79,7 @@ def _rows(
     if contacts.one_sided[i]:
         zero[b] = normal
         b += 1
-    if contacts.plain[i]:
+    if contacts.plain[i] or way == CLOSED:
         return a, b
     edges = contacts.columns
     if way == STICKS:  # two sides of the polygon, or corners, span its plane

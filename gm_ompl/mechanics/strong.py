@@ -12,14 +12,14 @@ stays dual feasible: a few pivots renew it, and stop where t is large enough.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.deviations import (
-    CORNER,
+    CLOSED,
     OPEN,
     STICKS,
     UNTOLD,
@@ -136,7 +136,118 @@ def _unmoved(T: Array, basis: IntArray, m: int, N: int, allowed: BoolArray) -> b
     return True
 
 
+class Room(NamedTuple):
+    """What branch and bound works in, by level: first who is open, then how the others slide.
+
+    Attributes:
+        T: (2 c + 1, m, N + m + 1), tableaux.
+        d: (2 c + 1, N + m + 1), their reduced costs.
+        basis: (2 c + 1, m).
+        allowed: (2 c + 1, N), the columns that may be used.
+        bounds: (2 c, w), of the ways that are left to try, the least last.
+        order: (2 c, w), those ways.
+        left: (2 c,), how many there are.
+    """
+
+    T: Array
+    d: Array
+    basis: IntArray
+    allowed: BoolArray
+    bounds: Array
+    order: IntArray
+    left: IntArray
+
+
+def _room(contacts: ContactRows, n: int, K: int) -> Room:
+    c, m = len(contacts.normal), 6 + n
+    N = K + len(contacts.columns) + n
+    most = 2 + 2 * int(np.diff(contacts.first).max(initial=0))
+    levels, W = 2 * c, N + m + 1
+    return Room(
+        np.empty((levels + 1, m, W)), np.empty((levels + 1, W)),
+        np.empty((levels + 1, m), dtype=np.int64), np.empty((levels + 1, N), dtype=np.bool_),
+        np.empty((levels, most)), np.empty((levels, most), dtype=np.int64),
+        np.zeros(levels, dtype=np.int64),
+    )  # fmt: skip
+
+
 @compiled
+def _tried(contacts: ContactRows, room: Room, level: int, way: int, K: int, beyond: float) -> float:
+    """Write the next level's tableau for a way at this level; return its bound on t."""
+    i, C = level % len(contacts.normal), len(contacts.columns)
+    T, d, basis, allowed = room.T, room.d, room.basis, room.allowed
+    m, N = T.shape[1], allowed.shape[1]
+    allowed[level + 1] = allowed[level]
+    presses(contacts, i, way, allowed[level + 1, K : K + C])
+    if _unmoved(T[level], basis[level], m, N, allowed[level + 1]):
+        return max(-d[level, N + m], 0.0) + 0.0
+    T[level + 1], d[level + 1], basis[level + 1] = T[level], d[level], basis[level]
+    return _renew(T[level + 1], d[level + 1], basis[level + 1], m, N, allowed[level + 1], beyond)
+
+
+@compiled
+def _look(
+    contacts: ContactRows, room: Room, level: int, ways: IntArray, K: int, best: float
+) -> None:
+    """Write which ways are worth trying at a level, the one with the least bound last."""
+    c = len(contacts.normal)
+    i, now, count = level % c, ways[level % c], 0
+    first, last = OPEN if contacts.one_sided[i] else STICKS, STICKS
+    if level >= c:
+        first, last = now, now
+        if now == CLOSED:
+            first, last = STICKS, last_way(contacts, i)
+    for each in range(first, last + 1):
+        # At first, what is not open is closed, and no more is said.
+        way = CLOSED if level < c and each == STICKS and not contacts.plain[i] else each
+        t = _tried(contacts, room, level, way, K, best)
+        if t >= best - CLOSER:
+            continue
+        ways[i] = way
+        if way != now and not deviates(contacts, ways):
+            continue
+        at = count
+        while at > 0 and room.bounds[level, at - 1] < t:
+            room.bounds[level, at] = room.bounds[level, at - 1]
+            room.order[level, at] = room.order[level, at - 1]
+            at -= 1
+        room.bounds[level, at], room.order[level, at] = t, way
+        count += 1
+    ways[i] = now
+    room.left[level] = count
+
+
+@compiled
+def _descend(
+    contacts: ContactRows, room: Room, K: int, z: float, enough: float, found: IntArray
+) -> float:
+    """Search below the first level, whose tableau is written; see ``gives_way``."""
+    c, best, level = len(contacts.normal), z, 0
+    ways, before = np.full(c, UNTOLD), np.full(2 * c, UNTOLD)
+    _look(contacts, room, 0, ways, K, best)
+    while level >= 0:
+        i, k = level % c, room.left[level] - 1
+        ways[i] = before[level]
+        if k < 0 or room.bounds[level, k] >= best - CLOSER:
+            level -= 1
+            continue
+        room.left[level] = k
+        ways[i] = room.order[level, k]
+        if level + 1 == 2 * c:
+            best = room.bounds[level, k]
+            found[:] = ways
+            if best <= enough:
+                return best
+            continue
+        room.T[level + 1], room.d[level + 1] = room.T[level], room.d[level]
+        room.basis[level + 1] = room.basis[level]
+        _tried(contacts, room, level, ways[i], K, np.inf)
+        level += 1
+        before[level] = ways[level % c]
+        _look(contacts, room, level, ways, K, best)
+    return best
+
+
 def gives_way(
     contacts: ContactRows, n: int, q: Array, f: Array, directions: Array, z: float, enough: float,
     found: IntArray,
@@ -153,68 +264,13 @@ def gives_way(
         enough: where z_strong is at most this, it need not be known any better.
         found: output (c,), what contacts do at z_strong; UNTOLD where none gives way below z.
     """
-    K, C, c, m = len(directions), len(contacts.columns), len(contacts.normal), 6 + n
-    N = K + C + n
-    most = 1
-    for i in range(c):
-        most = max(most, 1 + last_way(contacts, i))
-    T, d = np.empty((c + 1, m, N + m + 1)), np.empty((c + 1, N + m + 1))
-    basis, allowed = np.empty((c + 1, m), dtype=np.int64), np.empty((c + 1, N), dtype=np.bool_)
-    bounds, order = np.empty((c, most)), np.empty((c, most), dtype=np.int64)
-    left, ways = np.zeros(c, dtype=np.int64), np.full(c, UNTOLD)
     found[:] = UNTOLD
-    best = z
-    _begin(contacts, n, q, f, directions, T[0], d[0], basis[0])
-    allowed[0] = _all_allowed(contacts, n, K)
-    if _renew(T[0], d[0], basis[0], m, N, allowed[0], best) >= best or c == 0:
-        return best
-    depth = 0
-    fresh = True
-    while depth >= 0:
-        if fresh:
-            left[depth] = 0
-            first = OPEN if contacts.one_sided[depth] else STICKS
-            for way in range(first, last_way(contacts, depth) + 1):
-                allowed[depth + 1] = allowed[depth]
-                presses(contacts, depth, way, allowed[depth + 1, K : K + C])
-                t = max(-d[depth, N + m], 0.0) + 0.0
-                if not _unmoved(T[depth], basis[depth], m, N, allowed[depth + 1]):
-                    T[depth + 1], d[depth + 1] = T[depth], d[depth]
-                    basis[depth + 1] = basis[depth]
-                    t = _renew(
-                        T[depth + 1], d[depth + 1], basis[depth + 1], m, N, allowed[depth + 1], best
-                    )
-                if t >= best - CLOSER:
-                    continue
-                ways[depth] = way
-                if not deviates(contacts, ways):
-                    continue
-                at = left[depth]
-                while at > 0 and bounds[depth, at - 1] < t:  # the least comes last
-                    bounds[depth, at], order[depth, at] = (
-                        bounds[depth, at - 1], order[depth, at - 1],
-                    )  # fmt: skip
-                    at -= 1
-                bounds[depth, at], order[depth, at] = t, way
-                left[depth] += 1
-            ways[depth] = UNTOLD
-        fresh = False
-        if left[depth] == 0 or bounds[depth, left[depth] - 1] >= best - CLOSER:
-            ways[depth] = UNTOLD
-            depth -= 1
-            continue
-        left[depth] -= 1
-        ways[depth] = order[depth, left[depth]]
-        if depth + 1 == c:
-            best = bounds[depth, left[depth]]
-            found[:] = ways
-            if best <= enough:
-                return best
-            continue
-        allowed[depth + 1] = allowed[depth]
-        presses(contacts, depth, ways[depth], allowed[depth + 1, K : K + C])
-        T[depth + 1], d[depth + 1], basis[depth + 1] = T[depth], d[depth], basis[depth]
-        _renew(T[depth + 1], d[depth + 1], basis[depth + 1], m, N, allowed[depth + 1], np.inf)
-        depth += 1
-        fresh = True
-    return best
+    if len(contacts.normal) == 0:
+        return z
+    room = _room(contacts, n, len(directions))
+    _begin(contacts, n, q, f, directions, room.T[0], room.d[0], room.basis[0])
+    room.allowed[0] = _all_allowed(contacts, n, len(directions))
+    m, N = room.T.shape[1], room.allowed.shape[1]
+    if _renew(room.T[0], room.d[0], room.basis[0], m, N, room.allowed[0], z) >= z:
+        return z
+    return float(_descend(contacts, room, len(directions), z, enough, found))

@@ -2,8 +2,7 @@
 
 z_strong is neither concave in f_com nor ordered by modes: a commanded force keeps a contact shut
 where a position-controlled finger may let go. So every combination of modes that passes Problem
-(5) is tried, with all commands of force-controlled fingers that are multiples of f_max /
-``COMMANDS``. Ways of giving way that have ruled out some commands are tried on the next ones first.
+(5) is tried, with all commands that ``command_steps`` offers. Ways of giving way that have ruled out some commands are tried on the next ones first.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.contact.decision import COMMANDS, ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command_steps
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
@@ -171,8 +170,9 @@ class StrongHand:
 
     def _steps(self, mask: int) -> Iterator[Array]:
         """Yield commands over f_max (n,), large ones first; 0 under position control."""
-        steps = np.arange(COMMANDS, -1, -1) / COMMANDS
-        for chosen in itertools.product(*(steps if f else (0.0,) for f in self.force(mask))):
+        force = self.force(mask)
+        steps = command_steps(int(force.sum()))
+        for chosen in itertools.product(*(steps if f else (0.0,) for f in force)):
             yield np.array(chosen)
 
     def force(self, mask: int) -> BoolArray:
@@ -223,7 +223,7 @@ class _Trial:
             return z, None
         ways = np.full(len(self._rows.normal), UNTOLD)
         t = gives_way(self._rows, n, hand.q, limit, DIRECTIONS, min(z, least), enough, ways)
-        if ways[0] != UNTOLD:
+        if len(ways) and ways[0] != UNTOLD:
             self._killers.insert(0, ways)
             del self._killers[KEPT:]
         return t, (t, z) if t > enough else None
@@ -270,6 +270,4 @@ def as_strong(
         None if mode is ControlMode.POSITION else float(x)
         for mode, x in zip(held, best.steps * f_max, strict=True)
     )
-    return ModeDecision(
-        Outcome.STABLE, best.z_strong * scale, held, forces, -1, best.z * scale
-    )
+    return ModeDecision(Outcome.STABLE, best.z_strong * scale, held, forces, -1, best.z * scale)

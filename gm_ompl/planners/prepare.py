@@ -4,7 +4,8 @@ A process compiles one function at a time. So another one compiles what the mode
 its edges, and keeps it on disk; this one meanwhile compiles the simplex, what lanes, hubs, routes
 and swept tests need, and then the decision, which takes the other's work from there. The calls
 below compute next to nothing: they are there for the types of their arguments. What few scenarios
-ask for is compiled when they do: commands where z_min is 0, several cases, the contact lattice.
+ask for is compiled when they do: commands where z_min is 0, several cases, z_strong, the contact
+lattice.
 """
 
 from __future__ import annotations

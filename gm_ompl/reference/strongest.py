@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.contact.decision import COMMANDS, ControlMode, ModeDecision, Outcome
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command_steps
 from gm_ompl.contact.state import Instant
 from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import Modes, combinations, decide_modes, margin, passes
@@ -21,7 +21,7 @@ BETTER = 1e-7
 def decide_strongly(instant: Instant, prefer: Modes | None = None) -> ModeDecision:
     """Return the modes that pass Problem (5) and the commands whose z_strong is largest.
 
-    Commands are multiples of f_max / ``COMMANDS``. Of equals the first counts, most position
+    Commands are those of ``command_steps``. Of equals the first counts, most position
     control and large commands first; where no forces balance, or no modes pass (5), it is what
     Sec. 3.4 finds.
 
@@ -53,7 +53,7 @@ def decide_strongly(instant: Instant, prefer: Modes | None = None) -> ModeDecisi
 
 
 def _commands(instant: Instant, modes: Modes) -> Iterator[tuple[float | None, ...]]:
-    steps = np.arange(COMMANDS, -1, -1) / COMMANDS
+    steps = np.array(command_steps(modes.count(ControlMode.FORCE)))
     offered = [
         (steps * most).tolist() if mode is ControlMode.FORCE else [None]
         for mode, most in zip(modes, instant.max_normal_force, strict=True)

@@ -1,0 +1,92 @@
+"""The kernel's z_strong against the reference's, and modes and commands chosen by it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gm_ompl.contact.decision import ControlMode, Outcome, command_steps
+from gm_ompl.contact.state import Instant
+from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.strong import gives_way
+from gm_ompl.mechanics.strongest import StrongHand, strong_choices, strongest
+from gm_ompl.reference.modes import decide_modes
+from gm_ompl.reference.strong import strong_margin
+from gm_ompl.reference.strongest import decide_strongly
+from tests.instances import rescaled
+from tests.reference.test_strong import small_instant
+
+
+def points(seed: int) -> Instant:
+    """Return a small random instant with point fingertips."""
+    return replace(small_instant(seed), soft=np.zeros(0))
+
+
+def held(instant: Instant) -> tuple[float, float]:
+    """Return z_strong of what Sec. 3.4 decides, by the kernel and by the reference."""
+    decision, hand = decide_modes(instant), StrongHand.of(instant)
+    mask = sum(1 << i for i, m in enumerate(decision.modes) if m is ControlMode.POSITION)
+    rows, scale = hand.contacts(mask), instant.force_scale
+    pairs = zip(decision.f_com, instant.max_normal_force, strict=True)
+    f = np.array([most if f is None else f for f, most in pairs]) / scale
+    found = np.zeros(len(rows.normal), dtype=np.int64)
+    t = gives_way(rows, len(f), hand.q, f, DIRECTIONS, decision.z / scale, -1.0, found)
+    return t * scale, strong_margin(instant, decision.modes, decision.f_com, decision.z).z
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_kernel_finds_what_the_reference_finds(seed: int) -> None:
+    """Branch and bound on tableaux, and over HiGHS: the same z_strong."""
+    instant = points(seed)
+    kernel, reference = held(instant)
+    assert kernel == pytest.approx(reference, rel=1e-6, abs=1e-7 * instant.force_scale)
+
+
+@pytest.mark.parametrize("seed", range(20, 26))
+def test_it_chooses_as_well_as_a_plain_trial(seed: int) -> None:
+    """All modes and commands, one by one in HiGHS, hold no more than those chosen."""
+    instant = points(seed)
+    plain, found = decide_strongly(instant), strongest(instant)
+    assert found.z == pytest.approx(plain.z, rel=1e-6, abs=1e-7 * instant.force_scale)
+    assert found.nominal is not None
+    assert found.z <= found.nominal + 1e-9 * instant.force_scale
+
+
+def test_commands_are_offered_and_units_do_not_matter() -> None:
+    """Chosen commands are among those offered; other units change nothing but numbers."""
+    for seed in range(40, 46):
+        instant = points(seed)
+        found = strongest(instant)
+        again = strongest(rescaled(instant, length=1e3, force=1e-2))
+        assert again.z == pytest.approx(1e-2 * found.z, rel=1e-5, abs=1e-9 * instant.force_scale)
+        steps = command_steps(found.modes.count(ControlMode.FORCE))
+        shares = [
+            f / most
+            for f, most in zip(found.f_com, instant.max_normal_force, strict=True)
+            if f is not None
+        ]
+        assert all(min(abs(share - step) for step in steps) < 1e-12 for share in shares)
+
+
+def test_a_threshold_that_is_missed_leaves_a_bound() -> None:
+    """Asked for more than there is, the decision is BELOW, its bound not below the best."""
+    bounded = 0
+    for seed in range(60, 70):
+        instant = points(seed)
+        best = strongest(instant).z
+        missed = strongest(instant, 1.5 * best + 1e-6 * instant.force_scale)
+        assert missed.outcome is Outcome.BELOW
+        assert best - 1e-9 * instant.force_scale <= missed.z
+        bounded += strongest(instant, 0.9 * best).z == pytest.approx(best)
+    assert bounded == 10
+
+
+def test_each_combination_of_modes_is_told_by_itself() -> None:
+    """The best of the combinations is the choice."""
+    for seed in range(80, 84):
+        instant = points(seed)
+        choices = strong_choices(instant)
+        assert max(choice.z for choice in choices) == pytest.approx(strongest(instant).z)
+        assert len({choice.modes for choice in choices}) == len(choices)
