@@ -2,7 +2,8 @@
 
 z_strong is neither concave in f_com nor ordered by modes: a commanded force keeps a contact shut
 where a position-controlled finger may let go. So every combination of modes that passes Problem
-(5) is tried, with all commands that ``command_steps`` offers. Ways of giving way that have ruled out some commands are tried on the next ones first.
+(5) is tried, with all commands that ``command_steps`` offers. Ways of giving way that have ruled
+out some commands are tried on the next ones first.
 """
 
 from __future__ import annotations

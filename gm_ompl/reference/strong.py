@@ -80,8 +80,8 @@ def strong_margin(
     contacts = contacts_of(instant, model, modes, fingers)[::-1]
     search = _Search(
         [[_unit(mode) for mode in contact.modes(instant.cone_edges)] for contact in contacts],
-        [_unit_rows(contact.least) for contact in contacts], _Load(model, force, commands), z / model.scale,
-        enough / model.scale,
+        [_unit_rows(contact.least) for contact in contacts], _Load(model, force, commands),
+        z / model.scale, enough / model.scale,
     )  # fmt: skip
     search.run()
     wrench = np.asarray(np.linalg.solve(model.R_sqrt, search.disturbance), dtype=np.float64)
