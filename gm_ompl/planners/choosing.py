@@ -28,6 +28,7 @@ from gm_ompl.feasibility.links import Link, Side
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import Broken, fewest_switches, spread, switches
 from gm_ompl.mechanics.case_alternatives import Choices
+from gm_ompl.mechanics.strongest import strong_choices
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Move, Placements, Problem, Regrasp
 
@@ -177,10 +178,7 @@ class Chooser:
         """Return per instant the decision with the modes to use and the best f_com for them."""
         count, instants = self.problem.fingers.count, self.instants
         own = [spread(instant.decision, instant.fingers, count) for instant in instants]
-        settled = self.problem.mechanics.strong or not (
-            broken or any(switches(a, b) for a, b in pairwise(own))
-        )
-        if settled:
+        if not broken and not any(switches(a, b) for a, b in pairwise(own)):
             return [instant.decision for instant in instants]
         options = [self._choices(instant) for instant in instants]
         return fewest_switches(options, [i.fingers for i in instants], count, broken)
@@ -189,9 +187,21 @@ class Chooser:
         """Return the decision that is best and others whose z is as good."""
         if instant.key not in self._options:
             least, best = _least(self.problem, instant.decision.z), instant.decision
-            others = instant.alternatives.modes(least)
-            self._options[instant.key] = (best, *(d for d in others if d.modes != best.modes))
+            others = (
+                self._strong_choices(instant.key)
+                if self.problem.mechanics.strong
+                else instant.alternatives.modes(least)
+            )
+            self._options[instant.key] = (
+                best, *(d for d in others if d.modes != best.modes and d.z >= least)
+            )  # fmt: skip
         return self._options[instant.key]
+
+    def _strong_choices(
+        self, key: tuple[int, tuple[int, ...], Placements]
+    ) -> tuple[ModeDecision, ...]:
+        contacts = self._backend.contacts(key[0])
+        return strong_choices(self.problem.instant(contacts, *key[1:]))
 
     def _links(self, commands: Sequence[Undecided], which: Sequence[int]) -> list[Link]:
         """Return the ramps between different commands."""

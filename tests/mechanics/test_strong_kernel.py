@@ -44,7 +44,7 @@ def test_the_kernel_finds_what_the_reference_finds(seed: int) -> None:
     assert kernel == pytest.approx(reference, rel=1e-6, abs=1e-7 * instant.force_scale)
 
 
-@pytest.mark.parametrize("seed", (11, 14, 16, 23))
+@pytest.mark.parametrize("seed", [11, 14, 16, 23])
 def test_it_chooses_as_well_as_a_plain_trial(seed: int) -> None:
     """All modes and commands, one by one in HiGHS, hold no more than those chosen."""
     instant = points(seed)
