@@ -78,7 +78,7 @@ def test_all_planners_plan_with_it(plans: tuple[gm_ompl.Plan, gm_ompl.Plan], pla
     [
         ({"uncertainty": {"mass": "5 %"}}, "remove uncertainty"),
         ({"fingers.soft": 0.5}, "remove fingers.soft"),
-        ({"fingers.placements.continuous": {}}, "mechanics.margin: nominal"),
+        ({"fingers.placements.continuous": {"margin": 0.1}}, "mechanics.margin: nominal"),
     ],
 )
 def test_what_it_cannot_be_had_with_is_told(other: dict[str, Any], told: str) -> None:
