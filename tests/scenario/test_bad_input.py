@@ -84,6 +84,7 @@ PATH_CASES = [
     Bad("samples_per_arc: 3", "z_floor: 0", 23, "cost.z_floor", "> 0"),
     Bad("samples_per_arc: 3", "z_floor: 0.6", 23, "cost.z_floor", "mechanics.z_min, 0.5"),
     Bad("samples_per_arc: 3", "z_floor: 1e-20", 23, "cost.z_floor", ">= 1e-15"),
+    Bad("z_min: 0.5", "margin: weak", 22, "mechanics.margin", "'nominal' or 'strong'"),
     Bad("z_min: 0.5", "backend: fast", 22, "mechanics.backend", "'kernel' or 'highs'"),
     Bad("regrasp: 100", "regrasp: -1", 23, "cost.regrasp", ">= 0"),
     Bad("segments: 30", "segments: 0", 21, "lattice.segments", ">= 1"),

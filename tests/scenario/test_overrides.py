@@ -16,6 +16,7 @@ from gm_ompl.scenario.load import load
          lambda p: p.fingers.max_normal_force.tolist(), [10, 4]),
         ("object.shape.box.2=6", lambda p: p.body.vertices[:, 2].max(), 3),
         ("mechanics.backend=highs", lambda p: p.mechanics.backend, "highs"),
+        ("mechanics.margin=strong", lambda p: p.mechanics.strong, True),
         ("lattice.segments=7", lambda p: p.lattice.size, 8),
         ("motion.path.0.slide.by.0=1e1", lambda p: p.motion.pose([1.0]).position[0], 10),
         ("environment.obstacles.wall={box: {min: [50, 0, 0], max: [60, 1, 1]}}",
