@@ -152,7 +152,12 @@ def deviates(contacts: ContactRows, ways: IntArray) -> bool:
             kept += 1
     if _orthonormal(least[:kept].copy(), kept, basis, rank) < 6:
         return True
-    return not _cancel(least, kept)
+    # In coordinates of what is left: a short rest, made long, would carry rounding beyond it.
+    left = np.zeros((kept, 6))
+    for k in range(kept):
+        for r in range(rank, 6):
+            left[k, r - rank] = (least[k] * basis[r]).sum()
+    return not _cancel(left, kept)
 
 
 @compiled
