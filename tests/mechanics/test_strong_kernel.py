@@ -7,14 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gm_ompl.contact.decision import ControlMode, Outcome, command_steps
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command_steps
+from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.mechanics.strong import gives_way
 from gm_ompl.mechanics.strongest import StrongHand, strong_choices, strongest
-from gm_ompl.reference.modes import decide_modes
+from gm_ompl.reference.modes import decide_modes, margin
 from gm_ompl.reference.strong import strong_margin
 from gm_ompl.reference.strongest import decide_strongly
+from gm_ompl.scenario.load import load
 from tests.instances import rescaled
 from tests.reference.test_strong import small_instant
 
@@ -26,7 +28,12 @@ def points(seed: int) -> Instant:
 
 def held(instant: Instant) -> tuple[float, float]:
     """Return z_strong of what Sec. 3.4 decides, by the kernel and by the reference."""
-    decision, hand = decide_modes(instant), StrongHand.of(instant)
+    return held_with(instant, decide_modes(instant))
+
+
+def held_with(instant: Instant, decision: ModeDecision) -> tuple[float, float]:
+    """Return z_strong of a decision, by the kernel and by the reference."""
+    hand = StrongHand.of(instant)
     mask = sum(1 << i for i, m in enumerate(decision.modes) if m is ControlMode.POSITION)
     rows, scale = hand.contacts(mask), instant.force_scale
     pairs = zip(decision.f_com, instant.max_normal_force, strict=True)
@@ -42,6 +49,20 @@ def test_the_kernel_finds_what_the_reference_finds(seed: int) -> None:
     instant = points(seed)
     kernel, reference = held(instant)
     assert kernel == pytest.approx(reference, rel=1e-6, abs=1e-7 * instant.force_scale)
+
+
+def test_rows_that_nearly_depend_on_others() -> None:
+    """A box on its edge, pinched: a way to slide that is all but ruled out is ruled out."""
+    problem = load("paper/tumble").problem
+    table = problem.fingers.placements
+    rows = tuple(table.find(face, (5, 4)) or 0 for face in ("+y", "-y"))
+    moment = problem.motion.moment((0.1 + 1.0 / 180.0,), (1.0,))
+    contacts = contacts_at(moment, problem.body, problem.environment)
+    instant = problem.instant(contacts, (0, 1), rows)
+    modes, f_com = (ControlMode.FORCE, ControlMode.POSITION), (10.0, None)
+    z = margin(instant, modes, f_com)
+    kernel, reference = held_with(instant, ModeDecision(Outcome.STABLE, z, modes, f_com))
+    assert kernel == pytest.approx(reference, rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", [11, 14, 16, 23])
