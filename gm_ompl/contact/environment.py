@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray, fix, surfaces_of
-from gm_ompl.contact.patch import SAME_NORMAL, Patch, contact_patch, joined, points_inside
+from gm_ompl.contact.patch import SAME_NORMAL, ContactPatch, contact_patch, joined, points_inside
 from gm_ompl.contact.state import ContactState
 from gm_ompl.geometry.polygon import convex_hull
 from gm_ompl.geometry.pose import Pose, Twist
@@ -114,7 +114,7 @@ def environment_contacts(body: Body, environment: Environment, pose: Pose) -> En
 
 
 def _owners(
-    found: EnvironmentContacts, points: list[Array], patches: list[Patch], owners: list[int]
+    found: EnvironmentContacts, points: list[Array], patches: list[ContactPatch], owners: list[int]
 ) -> IntArray:
     """Return which surface each contact is on; the first of several at one place."""
     normals = [patch.normal for patch in patches] * (len(points) // len(patches))
@@ -127,7 +127,7 @@ def _owners(
     return nearest
 
 
-def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
+def _listed(points: list[Array], patches: list[ContactPatch]) -> tuple[Array, Array]:
     """Return points (m, 3) of several patches one after the other, and their normals (m, 3)."""
     normals = np.array([patch.normal for patch in patches])
     return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
@@ -135,7 +135,7 @@ def _listed(points: list[Array], patches: list[Patch]) -> tuple[Array, Array]:
 
 def _patches(
     body: Body, environment: Environment, pose: Pose, tolerance: float
-) -> Iterator[tuple[int, Patch]]:
+) -> Iterator[tuple[int, ContactPatch]]:
     """Yield the patches with the number of what they are on: 0 the floor, i + 1 obstacle i."""
     pieces = [PlacedPiece(piece, pose) for piece in body.pieces]
     if environment.floor:
@@ -161,14 +161,14 @@ def _patches(
             yield number, patch
 
 
-def _floor_patch(piece: PlacedPiece, tolerance: float) -> Patch | None:
+def _floor_patch(piece: PlacedPiece, tolerance: float) -> ContactPatch | None:
     heights = piece.vertices[:, 2]
     if abs(heights.min()) > tolerance:
         return None
     feet = piece.vertices[np.abs(heights) <= tolerance]
     corners = convex_hull([(x, y) for x, y, _ in feet.tolist()], tolerance)
     # In the order of the vertices: where the cycle begins would hang on rounding.
-    return Patch(feet[sorted(corners)], UP)
+    return ContactPatch(feet[sorted(corners)], UP)
 
 
 def _distinct(points: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:

@@ -20,14 +20,14 @@ from gm_ompl.geometry.polygon import (
 from gm_ompl.geometry.separation import PlacedPiece, edge_gaps, face_gaps
 
 
-class Patch(NamedTuple):
+class ContactPatch(NamedTuple):
     """Vertices (k, 3) of a contact patch, counter-clockwise about its unit ``normal`` (3,)."""
 
     points: Array
     normal: Array
 
 
-def contact_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | None:
+def contact_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPatch | None:
     """Return where ``a`` touches ``b``, its normal pointing into ``a``; None if nowhere.
 
     The pieces touch where the gap along the best separating axis is at most ``tolerance`` either
@@ -45,11 +45,11 @@ def contact_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | N
         for k in np.flatnonzero(of_b >= max(best - tolerance, -tolerance)):
             points = _face_patch(b, a, int(k), tolerance)
             if points is not None:
-                return Patch(points, b.normals[k])
+                return ContactPatch(points, b.normals[k])
         for k in np.flatnonzero(of_a >= max(best - tolerance, -tolerance)):
             points = _face_patch(a, b, int(k), tolerance)
             if points is not None:
-                return Patch(points[::-1], -a.normals[k])
+                return ContactPatch(points[::-1], -a.normals[k])
     return _edge_patch(a, b, tolerance)
 
 
@@ -82,7 +82,7 @@ def _face_patch(
     return chart.lift(corners)
 
 
-def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | None:
+def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPatch | None:
     """Return the point where an edge of ``a`` crosses one of ``b``, inside both."""
     widths, normals = edge_gaps(a, b)
     best = float(widths.max(initial=-np.inf))
@@ -94,7 +94,7 @@ def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> Patch | Non
         chart = _Chart(normal, (of_a + of_b) / 2)
         point = _crossing(chart.corners(a, tolerance), chart.corners(b, tolerance), tolerance)
         if point is not None:
-            return Patch(chart.lift([point]), normal)
+            return ContactPatch(chart.lift([point]), normal)
     return None
 
 
@@ -134,7 +134,7 @@ SAME_NORMAL = 1e-6
 """Normals that differ by less are one."""
 
 
-def joined(patches: Sequence[Patch], tolerance: float) -> Iterator[Patch]:
+def joined(patches: Sequence[ContactPatch], tolerance: float) -> Iterator[ContactPatch]:
     """Yield the contact patches of two bodies, given those of their convex pieces.
 
     Patches in one plane that touch each other are parts of one patch: it is replaced by the
@@ -153,7 +153,7 @@ def joined(patches: Sequence[Patch], tolerance: float) -> Iterator[Patch]:
         yield cluster[0] if len(cluster) == 1 else _hull(cluster, tolerance)
 
 
-def _one_patch(a: Patch, b: Patch, tolerance: float) -> bool:
+def _one_patch(a: ContactPatch, b: ContactPatch, tolerance: float) -> bool:
     if np.abs(a.normal - b.normal).max() > SAME_NORMAL:
         return False
     if abs(a.normal @ (a.points[0] - b.points[0])) > 2.0 * tolerance:
@@ -177,15 +177,15 @@ def _axes(corners: Array) -> Array:
     return np.concatenate([across, sides])
 
 
-def _hull(cluster: Iterable[Patch], tolerance: float) -> Patch:
+def _hull(cluster: Iterable[ContactPatch], tolerance: float) -> ContactPatch:
     parts = list(cluster)
     normal = parts[0].normal
     points = np.concatenate([patch.points for patch in parts])
     flat: list[Point2] = [(float(x), float(y)) for x, y in points @ plane_basis(normal).T]
-    return Patch(points[convex_hull(flat, tolerance)], normal)
+    return ContactPatch(points[convex_hull(flat, tolerance)], normal)
 
 
-def points_inside(patch: Patch, fineness: int) -> Array:
+def points_inside(patch: ContactPatch, fineness: int) -> Array:
     """Return points (k, 3) inside a patch besides its vertices.
 
     The triangles between the middle and each side are divided into ``fineness`` squared equal

@@ -12,7 +12,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, cross
 from gm_ompl.contact.environment import UP, Environment
-from gm_ompl.contact.patch import Patch, contact_patch
+from gm_ompl.contact.patch import ContactPatch, contact_patch
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import PlacedPiece
 from gm_ompl.geometry.solids import Body
@@ -132,7 +132,7 @@ def _touching(
 
 
 def _widths(
-    piece: PlacedPiece, other: PlacedPiece, patch: Patch, tolerance: float
+    piece: PlacedPiece, other: PlacedPiece, patch: ContactPatch, tolerance: float
 ) -> tuple[Array, Array, Array]:
     """Return points and normals of a patch of two pieces, and the gaps along the normal there."""
     points, normal = patch

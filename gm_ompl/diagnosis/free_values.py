@@ -38,7 +38,7 @@ class DeedLine:
 
 
 @dataclass(frozen=True)
-class Near:
+class Nearest:
     """How near to its goal the object came.
 
     Attributes:
@@ -79,7 +79,7 @@ class Explored:
     arcs: int
     whole: bool
     arrived: bool
-    nearest: Near
+    nearest: Nearest
     deeds: tuple[DeedLine, ...]
     contacts: dict[str, int]
     changes: dict[str, int]

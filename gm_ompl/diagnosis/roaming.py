@@ -14,7 +14,7 @@ import numpy as np
 from gm_ompl.arrays import Array
 from gm_ompl.contact.deeds import AXES, doing
 from gm_ompl.contact.environment import environment_contacts
-from gm_ompl.diagnosis.free_values import DeedLine, Explored, Near, Place
+from gm_ompl.diagnosis.free_values import DeedLine, Explored, Nearest, Place
 from gm_ompl.diagnosis.instants import Explainer, parts_alone
 from gm_ompl.diagnosis.regions import hit_on
 from gm_ompl.errors import LimitError
@@ -267,11 +267,11 @@ def _shape(points: Array, normals: Array, problem: Problem) -> str:
     return ("corner", "edge", "face")[min(len(convex_hull(flat, near)), 3) - 1]
 
 
-def _near(problem: Problem, pose: Pose, arcs: int) -> Near:
+def _near(problem: Problem, pose: Pose, arcs: int) -> Nearest:
     motion = problem.motion
     assert isinstance(motion, FreeMotion)
     angle = math.degrees(motion.goal.rotation_error(pose))
-    return Near(motion.goal.position_error(pose), angle, place_of(problem, pose), arcs)
+    return Nearest(motion.goal.position_error(pose), angle, place_of(problem, pose), arcs)
 
 
 def _borders(problem: Problem, poses: Iterator[Pose]) -> Iterator[str]:

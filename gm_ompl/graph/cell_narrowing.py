@@ -31,7 +31,7 @@ On: TypeAlias = tuple[int, int]
 """The first and the last leg on which a finger is at its placement."""
 
 
-class Ways(NamedTuple):
+class LegWays(NamedTuple):
     """The ways that are open to a product.
 
     Attributes:
@@ -50,7 +50,7 @@ class Ways(NamedTuple):
 
 
 @inlined
-def factors_of(on: On, ways: Ways, room: LaneRoom, tables: Tables) -> Array:
+def factors_of(on: On, ways: LegWays, room: LaneRoom, tables: Tables) -> Array:
     """Return the least factors of Eq. (9) on some legs, (legs, K, P)."""
     first, last = on
     K, P = tables.states.shape
@@ -66,7 +66,7 @@ def factors_of(on: On, ways: Ways, room: LaneRoom, tables: Tables) -> Array:
 
 @compiled
 def useful(
-    finger: int, members: IntArray, on: On, ways: Ways, room: LaneRoom, points: Tables,
+    finger: int, members: IntArray, on: On, ways: LegWays, room: LaneRoom, points: Tables,
     tables: Tables,
 ) -> BoolArray:  # fmt: skip
     """Return which placements (k,) of a finger's cell may be part of a plan that is of use.
@@ -170,11 +170,11 @@ class Narrowing:
         same = tuple(cells) == product.cells
         return product if same else self._products.made(skeleton, tuple(cells), product)
 
-    def _ways(self, product: Product, enough: float) -> Ways:
+    def _ways(self, product: Product, enough: float) -> LegWays:
         """Return the ways that are open to a product whose key was asked last."""
         graph, tables, skeleton = self._graph, self._cells.tables, product.skeleton
         holds = graph.resting.z[product.rests] >= tables.z_min
         for m, leg in enumerate(skeleton.legs[1:]):
             for spot in leg:
                 holds[m] &= tables.node_free[skeleton.finger(spot), product.cells[spot]]
-        return Ways(product.legs, self._keys.D, holds, graph.start, enough)
+        return LegWays(product.legs, self._keys.D, holds, graph.start, enough)

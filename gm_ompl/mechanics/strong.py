@@ -136,7 +136,7 @@ def _unmoved(T: Array, basis: IntArray, m: int, N: int, allowed: BoolArray) -> b
     return True
 
 
-class Room(NamedTuple):
+class Scratch(NamedTuple):
     """What branch and bound works in, by level: first who is open, then how the others slide.
 
     Attributes:
@@ -158,12 +158,12 @@ class Room(NamedTuple):
     left: IntArray
 
 
-def _room(contacts: ContactRows, n: int, K: int) -> Room:
+def _room(contacts: ContactRows, n: int, K: int) -> Scratch:
     c, m = len(contacts.normal), 6 + n
     N = K + len(contacts.columns) + n
     most = 2 + 2 * int(np.diff(contacts.first).max(initial=0))
     levels, W = 2 * c, N + m + 1
-    return Room(
+    return Scratch(
         np.empty((levels + 1, m, W)), np.empty((levels + 1, W)),
         np.empty((levels + 1, m), dtype=np.int64), np.empty((levels + 1, N), dtype=np.bool_),
         np.empty((levels, most)), np.empty((levels, most), dtype=np.int64),
@@ -172,7 +172,9 @@ def _room(contacts: ContactRows, n: int, K: int) -> Room:
 
 
 @compiled
-def _tried(contacts: ContactRows, room: Room, level: int, way: int, K: int, beyond: float) -> float:
+def _tried(
+    contacts: ContactRows, room: Scratch, level: int, way: int, K: int, beyond: float
+) -> float:
     """Write the next level's tableau for a way at this level; return its bound on t."""
     i, C = level % len(contacts.normal), len(contacts.columns)
     T, d, basis, allowed = room.T, room.d, room.basis, room.allowed
@@ -187,7 +189,7 @@ def _tried(contacts: ContactRows, room: Room, level: int, way: int, K: int, beyo
 
 @compiled
 def _look(
-    contacts: ContactRows, room: Room, level: int, ways: IntArray, K: int, best: float
+    contacts: ContactRows, room: Scratch, level: int, ways: IntArray, K: int, best: float
 ) -> None:
     """Write which ways are worth trying at a level, the one with the least bound last."""
     c = len(contacts.normal)
@@ -219,7 +221,7 @@ def _look(
 
 @compiled
 def _descend(
-    contacts: ContactRows, room: Room, K: int, z: float, enough: float, found: IntArray
+    contacts: ContactRows, room: Scratch, K: int, z: float, enough: float, found: IntArray
 ) -> float:
     """Search below the first level, whose tableau is written; see ``gives_way``."""
     c, best, level = len(contacts.normal), z, 0

@@ -38,7 +38,7 @@ STEEP: Final = 5.0
 """A holding finger's hinge that turns so many times further than the others jumps."""
 
 
-class Held(NamedTuple):
+class HeldHand(NamedTuple):
     """Who keeps its place while an arm moves.
 
     Attributes:
@@ -91,7 +91,7 @@ class ArmRegrasps:
                 if dense is not None:
                     yield dense
 
-    def _held(self, move: Regrasp, start: Array) -> Held:
+    def _held(self, move: Regrasp, start: Array) -> HeldHand:
         i, model = move.finger, self._model
         fingers = tuple(j for j in range(model.count) if j != i)
         centres = [self._reach.centres[j][move.placements[j]] for j in fingers]
@@ -99,9 +99,9 @@ class ArmRegrasps:
         for j in fingers:
             following |= model.own[j]
         targets = move.pose.apply(np.array(centres).reshape(-1, 3))
-        return Held(move.pose, fingers, targets, following, ~following, start)
+        return HeldHand(move.pose, fingers, targets, following, ~following, start)
 
-    def _follower(self, held: Held) -> Callable[[Array], Array | None]:
+    def _follower(self, held: HeldHand) -> Callable[[Array], Array | None]:
         """Return what completes configurations: who holds keeps its place."""
 
         def complete(q: Array) -> Array | None:
@@ -110,7 +110,7 @@ class ArmRegrasps:
 
         return complete
 
-    def _ends(self, move: Regrasp, held: Held) -> Iterator[Array]:
+    def _ends(self, move: Regrasp, held: HeldHand) -> Iterator[Array]:
         """Yield configurations with every fingertip in place, the lifted one's new."""
         i, kinematics = move.finger, self._reach.kinematics
         target = move.pose.apply(self._reach.centres[i][move.target])
@@ -142,7 +142,7 @@ class ArmRegrasps:
             step = self._rng.normal(scale=FAR * k / AROUND, size=len(start))
             yield np.clip(start + step, spec.low, spec.high)
 
-    def _dense(self, rows: Array, held: Held) -> Array | None:
+    def _dense(self, rows: Array, held: HeldHand) -> Array | None:
         """Return rows (m, k) so near each other that who holds stays; None where one jumps."""
         follow, found = self._follower(held), [rows[0]]
         for a, b in itertools.pairwise(rows):

@@ -227,7 +227,7 @@ def cells() -> None:
     cell_bounds.weakest(steps[:1], none, none[:0], room, resting, tables)
     cell_bounds.least_margin(steps[:1], none, none[:0], room, resting, tables)
     cell_bounds.note(0, 0, 1.0, room, tables)
-    ways = cell_narrowing.Ways(none, D, no[0], 0, 1.0)
+    ways = cell_narrowing.LegWays(none, D, no[0], 0, 1.0)
     cell_narrowing.useful(0, none, (0, 0), ways, room, tables, tables)
 
 

@@ -92,7 +92,7 @@ class AnywhereSearch:
         self._placing, self._problem, self._make, self._rng = placing, problem, make, rng
         self._named = NamedPoints(problem.fingers)
         self._points, self._patience = FIRST_POINTS, float(FIRST_PATIENCE)
-        self._table: Table | None = None
+        self._table: Drawn | None = None
         self._turn = 0
         self._moving: FingerMoves | None = None
         self._moved = math.inf
@@ -134,7 +134,7 @@ class AnywhereSearch:
             self._leave(table)
         return changed
 
-    def _drawn(self) -> Table:
+    def _drawn(self) -> Drawn:
         """Draw a table around the best plan's placements, to be searched from that plan on."""
         spots = self._placing.spots
         best = [spots.of(self._named.table, row) for row in rows_of(self.moves)]
@@ -142,9 +142,9 @@ class AnywhereSearch:
         near = spots.around(best, 1.0, self._rng.normal(size=(NEAR, 2)) ** 3)
         judge = self._placing.judge([*best, *near, *drawn(spots, self._points, self._rng)])
         moves = NamedPoints(judge.problem.fingers).named(self.moves, self._named.table)
-        return Table(judge, self._make(judge, moves))
+        return Drawn(judge, self._make(judge, moves))
 
-    def _leave(self, table: Table) -> None:
+    def _leave(self, table: Drawn) -> None:
         """Let go of a table; without a plan, the next one is larger."""
         self._placing.done(table.judge)
         self._table = None
@@ -195,7 +195,7 @@ class AnywhereSearch:
 
 
 @dataclass
-class Table:
+class Drawn:
     """A search over one table.
 
     Attributes:

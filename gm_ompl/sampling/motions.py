@@ -196,7 +196,7 @@ class PointsOfWay:
 
 
 @final
-class ContinuousModel(HybridModel):
+class CoordinateModel(HybridModel):
     """What is possible between the lattice's nodes, at any coordinates.
 
     Args:

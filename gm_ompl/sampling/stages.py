@@ -16,7 +16,7 @@ from gm_ompl.holds.goals import fits
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.lattice import Coordinates, between
 from gm_ompl.problem import Displacement, Move, Placements, Problem, Regrasp
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.motions import CoordinateModel, HybridState
 
 Way: TypeAlias = tuple[Coordinates, Coordinates, Placements]
 """From where to where, and the placements."""
@@ -87,7 +87,7 @@ class StageJudge:
         model: expands motions.
     """
 
-    def __init__(self, model: ContinuousModel) -> None:
+    def __init__(self, model: CoordinateModel) -> None:
         self._model = model
         self._known = Memo[Way, tuple[Displacement, ...] | None](DISPLACEMENT_BYTES)
 
@@ -168,7 +168,7 @@ class Refinement:
     ) -> None:
         self._problem, self._rng = problem, rng
         self._judge = judge
-        self._stages = StageJudge(ContinuousModel(problem, judge))
+        self._stages = StageJudge(CoordinateModel(problem, judge))
         self._plan = stages_of(moves)
         self.tidied = False
         self.moves, self.cost = tuple(moves), math.fsum(move.cost for move in moves)

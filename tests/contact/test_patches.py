@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import Environment, Obstacle, contact_state, environment_contacts
-from gm_ompl.contact.patch import Patch, joined, points_inside
+from gm_ompl.contact.patch import ContactPatch, joined, points_inside
 from gm_ompl.contact.state import Instant
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, box
@@ -74,12 +74,11 @@ def test_patches_of_other_planes_are_not_joined() -> None:
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     tilted = np.array([0.0, math.sin(0.1), math.cos(0.1)])
     above, beside = square + np.array([0, 0, 0.1]), square + np.array([1.1, 0, 0])
-    others = [Patch(above, UP), Patch(square, tilted), Patch(beside, UP)]
+    others = [ContactPatch(above, UP), ContactPatch(square, tilted), ContactPatch(beside, UP)]
     for other in others:
-        assert len(list(joined([Patch(square, UP), other], 1e-7))) == 2
-    assert (
-        len(list(joined([Patch(square, UP), Patch(square + np.array([1, 0.5, 0]), UP)], 1e-7))) == 1
-    )
+        assert len(list(joined([ContactPatch(square, UP), other], 1e-7))) == 2
+    shifted = ContactPatch(square + np.array([1, 0.5, 0]), UP)
+    assert len(list(joined([ContactPatch(square, UP), shifted], 1e-7))) == 1
 
 
 @pytest.mark.parametrize("fineness", [1, 2, 3, 5])
@@ -88,15 +87,15 @@ def test_points_inside_divide_the_patch_evenly(fineness: int) -> None:
     for n in (3, 4, 7):
         angle = 2 * np.pi * np.arange(n) / n
         ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(n)], axis=1)
-        inner = points_inside(Patch(ring, UP), fineness)
+        inner = points_inside(ContactPatch(ring, UP), fineness)
         assert len(inner) == 1 + n * fineness * (fineness + 1) // 2 - n
         every = np.concatenate([ring, inner])
         assert len(np.unique(every.round(9), axis=0)) == len(every)
         np.testing.assert_allclose(inner.mean(axis=0), 0, atol=1e-12)
         assert np.linalg.norm(inner, axis=1).max() <= 1.0 + 1e-12
-    segment = points_inside(Patch(ring[:2], UP), fineness)
+    segment = points_inside(ContactPatch(ring[:2], UP), fineness)
     assert len(segment) == 2 * fineness - 1
-    assert len(points_inside(Patch(ring[:1], UP), fineness)) == 0
+    assert len(points_inside(ContactPatch(ring[:1], UP), fineness)) == 0
 
 
 def test_points_inside_count_only_while_the_object_turns_on_them() -> None:

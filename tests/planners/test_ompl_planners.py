@@ -22,7 +22,7 @@ from gm_ompl.motion.lattice import Goal
 from gm_ompl.planners.ompl.table import OMPL_PLANNERS, UNSOUND
 from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.sampling.motions import ContinuousModel
+from gm_ompl.sampling.motions import CoordinateModel
 from gm_ompl.scenario.load import load
 
 SMALL = ["fingers.placements.grid=[3, 3]", "lattice.segments=4"]
@@ -153,7 +153,7 @@ def test_exceptions_in_callbacks_end_the_run_with_their_own_message(
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(ContinuousModel, "displacement", fail)
+    monkeypatch.setattr(CoordinateModel, "displacement", fail)
     monkeypatch.setattr(Judge, "rest", fail)
     setup = gm_ompl.setup(gm_ompl.load("paper/push", SMALL), name)
     if name == "astar":  # asks the judge, not the model
@@ -173,7 +173,7 @@ def test_an_interrupt_ends_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ContinuousModel, "displacement", interrupt)
+    monkeypatch.setattr(CoordinateModel, "displacement", interrupt)
     plan = gm_ompl.plan(gm_ompl.load("paper/push", SMALL), "RRTConnect", max_iterations=50)
     assert plan.status == "interrupted"
 

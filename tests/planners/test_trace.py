@@ -16,7 +16,7 @@ from gm_ompl.planners.planner import Budget, Progress, SearchResult
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.trace import Expansion, Vertex
 from gm_ompl.problem import Problem
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.motions import CoordinateModel, HybridState
 from gm_ompl.sampling.stages import states_along
 from gm_ompl.scenario.load import load
 
@@ -103,7 +103,7 @@ def test_arcs_of_own_trees_hold(name: str) -> None:
     problem = load("paper/tumble", ["fingers.placements.grid=[3, 3]"]).problem
     heard = Listener()
     result = _solve(problem, name, heard)
-    model = ContinuousModel(problem, Judge(problem, make_backend(problem)))
+    model = CoordinateModel(problem, Judge(problem, make_backend(problem)))
     motions = MacroMotions(model, model.start_state())
     told = heard.vertices
     trees = {"start"} if name == "HybridRRT" else {"start", "goal"}

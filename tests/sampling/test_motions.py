@@ -14,7 +14,7 @@ from gm_ompl.planners.ompl.motions import MacroMotions
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
-from gm_ompl.sampling.motions import UNPLACED, ContinuousModel, HybridState
+from gm_ompl.sampling.motions import UNPLACED, CoordinateModel, HybridState
 from gm_ompl.sampling.stages import after
 
 
@@ -32,7 +32,7 @@ def test_a_lattice_plan_expands_to_itself(
     judge = new_judge(problem)
     moves = _optimal(problem, judge)
     assert moves
-    model = ContinuousModel(problem, new_judge(problem))
+    model = CoordinateModel(problem, new_judge(problem))
     motions = MacroMotions(model, model.start_state())
     for move in moves:
         if isinstance(move, Regrasp):
@@ -59,7 +59,7 @@ def test_a_plan_of_long_arcs_passes_the_check(
     judge = new_judge(problem)
     moves = _optimal(problem, judge)
     at = next(move for move in moves if isinstance(move, Regrasp))
-    model = ContinuousModel(problem, judge)
+    model = CoordinateModel(problem, judge)
     motions = MacroMotions(model, model.start_state())
     first = motions.expand(model.start_state(), HybridState(at.at, at.placements))
     last = HybridState((1.0,), moves[-1].placements)
@@ -80,7 +80,7 @@ def test_a_displacement_is_split_where_pieces_meet(
     judge = new_judge(problem)
     moves = _optimal(problem, judge)
     assert all(isinstance(move, Displacement) for move in moves)
-    found = ContinuousModel(problem, judge).displacement((0.0,), (1.0,), moves[0].placements)
+    found = CoordinateModel(problem, judge).displacement((0.0,), (1.0,), moves[0].placements)
     assert found is not None
     assert [move.end for move in found] == [*((b,) for b in problem.motion.breakpoints[0]), (1.0,)]
 
@@ -94,7 +94,7 @@ def test_motions_are_directed(
     behind = (table.find("-x", (0, 0)), table.find("-x", (1, 0)))
     assert None not in behind
     placements = tuple(int(row or 0) for row in behind)
-    model = ContinuousModel(problem, new_judge(problem))
+    model = CoordinateModel(problem, new_judge(problem))
     assert model.displacement((0.0,), (1.0,), placements) is not None
     assert model.displacement((1.0,), (0.0,), placements) is None
 
@@ -104,7 +104,7 @@ def test_what_is_refused(
 ) -> None:
     """No finger gets unplaced; two fingers on one placement, or one that stays, do not regrasp."""
     problem = small("slide")
-    model = ContinuousModel(problem, new_judge(problem))
+    model = CoordinateModel(problem, new_judge(problem))
     motions = MacroMotions(model, model.start_state())
     state = HybridState((0.0,), (0, 4))
     assert motions.expand(state, HybridState((0.5,), (0, UNPLACED))) is None

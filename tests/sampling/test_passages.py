@@ -16,7 +16,7 @@ from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Placements, Problem, Regrasp
 from gm_ompl.sampling.lines import same
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.motions import CoordinateModel, HybridState
 from gm_ompl.sampling.passages import regrasping
 from gm_ompl.sampling.stages import after, changed, states_along
 
@@ -96,7 +96,7 @@ def test_the_optimal_regrasp_is_in_the_middle_of_a_motion(
     judge = new_judge(problem)
     moves = make_planner("astar").solve(problem, judge, Budget(), np.random.default_rng(0)).moves
     states = list(states_along(moves))
-    motions = MacroMotions(ContinuousModel(problem, judge), states[0])
+    motions = MacroMotions(CoordinateModel(problem, judge), states[0])
     found = motions.expand(states[0], states[-1])
     assert found is not None
     at = [move for move in found if isinstance(move, Regrasp)]
@@ -113,7 +113,7 @@ def test_a_planar_motion_changes_a_finger_where_it_may(
 ) -> None:
     """With more coordinates, too, at its end if not before; each move follows on the last."""
     problem = small("turn")
-    model = ContinuousModel(problem, new_judge(problem))
+    model = CoordinateModel(problem, new_judge(problem))
     rng, rows = np.random.default_rng(1), len(problem.fingers.placements)
     motions = MacroMotions(model, model.start_state())
     hand = StateDraws(motions, rng).goal()

@@ -17,7 +17,7 @@ from gm_ompl.planners.ompl.motions import MacroMotions
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Move, Problem, Regrasp
-from gm_ompl.sampling.motions import ContinuousModel, HybridState
+from gm_ompl.sampling.motions import CoordinateModel, HybridState
 
 
 def _cost(moves: Sequence[Move]) -> float:
@@ -53,7 +53,7 @@ def test_needless_regrasps_are_dropped(
     judge = new_judge(problem)
     rng = np.random.default_rng(0)
     good = make_planner("astar").solve(problem, judge, Budget(), rng).moves[0].placements
-    model = ContinuousModel(problem, judge)
+    model = CoordinateModel(problem, judge)
     motions = MacroMotions(model, model.start_state())
     plan = None
     for row in range(len(problem.fingers.placements)):

@@ -10,7 +10,7 @@ from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Problem
-from gm_ompl.sampling.motions import ContinuousModel
+from gm_ompl.sampling.motions import CoordinateModel
 from gm_ompl.scenario.load import load
 
 APPROACH = 1e-9
@@ -38,7 +38,7 @@ def test_no_motion_that_geometry_admits_has_a_contact_that_moves_into_a_wall(
 ) -> None:
     """Random motions from poses at the walls: those into a wall end in it, and are refused."""
     rng = np.random.default_rng(5)
-    model = ContinuousModel(corner, Judge(corner, make_backend(corner)))
+    model = CoordinateModel(corner, Judge(corner, make_backend(corner)))
     admitted = refused = 0
     for _ in range(300):
         touching = rng.integers(3)

@@ -15,7 +15,7 @@ from gm_ompl.problem import Displacement, Placements, Problem
 from gm_ompl.sampling.lines import coarse_to_fine, same, strides_needed, unwrapped
 from gm_ompl.sampling.motions import (
     UNPLACED,
-    ContinuousModel,
+    CoordinateModel,
     HybridModel,
     HybridState,
     PointsOfWay,
@@ -133,7 +133,7 @@ class MacroMotions(HybridMotions):
         straight: the model.
     """
 
-    def __init__(self, model: ContinuousModel, start: HybridState) -> None:
+    def __init__(self, model: CoordinateModel, start: HybridState) -> None:
         super().__init__(model, start)
         self.straight = model
         self._arc: Displace = lru_cache(kept(MOTION_BYTES))(model.displacement)
@@ -164,7 +164,7 @@ class StraightMove(PointsOfWay):
     """
 
     def __init__(
-        self, model: ContinuousModel, displace: Displace, points: Sequence[Coordinates]
+        self, model: CoordinateModel, displace: Displace, points: Sequence[Coordinates]
     ) -> None:
         super().__init__(model, points)
         self._displace = displace

@@ -16,7 +16,7 @@ from gm_ompl.planners.ompl.pose_draws import PoseDraws
 from gm_ompl.planners.ompl.poses import PoseCodec, make_pose_space
 from gm_ompl.planners.ompl.steering import Steering
 from gm_ompl.sampling.free_model import FreeHybridModel
-from gm_ompl.sampling.motions import ContinuousModel
+from gm_ompl.sampling.motions import CoordinateModel
 
 
 class Parts(NamedTuple):
@@ -45,7 +45,7 @@ def parts_of(judge: Judge, rng: np.random.Generator) -> Parts:
     problem = judge.problem
     if not isinstance(problem.motion, FreeMotion):
         codec = CoordinateCodec(problem)
-        motions = MacroMotions(ContinuousModel(problem, judge), codec.start)
+        motions = MacroMotions(CoordinateModel(problem, judge), codec.start)
         return Parts(make_space(problem), codec, motions, StateDraws(motions, rng))
     model = FreeHybridModel(problem, judge)
     poses, free = PoseCodec(model), FreeMotions(model, model.start_state())
@@ -60,5 +60,5 @@ def motions_from(judge: Judge) -> HybridMotions:
     if isinstance(problem.motion, FreeMotion):
         free = FreeHybridModel(problem, judge)
         return FreeMotions(free, free.start_state())
-    model = ContinuousModel(problem, judge)
+    model = CoordinateModel(problem, judge)
     return MacroMotions(model, model.start_state())
