@@ -179,6 +179,12 @@ class Player:
             np.array(tips).reshape(-1, n, 3), np.array(forces).reshape(-1, n),
         )  # fmt: skip
 
+    def advance(self, until: int, wrench: Wrench | None = None) -> None:
+        """Play on before ``until`` as ``play`` does, but record nothing."""
+        last = len(self.timeline) - 1
+        while self.instant < until:
+            self._step(min(self.instant, last), wrench)
+
     def _step(self, k: int, wrench: Wrench | None) -> None:
         line, here = self._si, self.physics
         if self.robot is not None:

@@ -116,7 +116,7 @@ class Disturber:
         self._undisturbed: dict[int, Array] = {}
         begins = set(instants)
         for instant in sorted(begins | {begin + WHOLE for begin in begins}):
-            self._player.play(until=instant)
+            self._player.advance(instant)
             if instant in begins:
                 self._snapshots[instant] = self._player.snapshot()
             self._undisturbed[instant] = self.configuration(self._player)
@@ -162,9 +162,9 @@ class Disturber:
         self._player.resume(self._snapshots[instant])
         judged = instant + self._pulse + self._rest
         between = judged - self._rest // 2
-        self._player.play(until=between, wrench=wrench)
+        self._player.advance(between, wrench)
         halfway = self.configuration(self._player)
-        self._player.play(until=judged, wrench=wrench)
+        self._player.advance(judged, wrench)
         end = self.configuration(self._player)
         n, size = line.fingers, self._setup.world.size
         off = end - self._undisturbed[judged]
