@@ -76,8 +76,14 @@ class Dart:
         asleep = simulated.getDeactivationOptions()
         asleep.mEnabled = False  # what rests is watched as well
         simulated.setDeactivationOptions(asleep)
-        # Of DART's detectors the one that finds all corners of faces that touch.
-        simulated.setCollisionDetector(dart.collision.OdeCollisionDetector())
+        # Of DART's detectors those that find all corners of faces that touch. ODE's loses boxes
+        # that are turned by a hair, DART's own knows boxes and spheres alone.
+        solids = [*self.world.pieces, *self.world.obstacles]
+        boxes = all(box_of(vertices) is not None for vertices in solids)
+        detector = (
+            dart.collision.DARTCollisionDetector if boxes else dart.collision.OdeCollisionDetector
+        )
+        simulated.setCollisionDetector(detector())
         # Coulomb's cones themselves; the usual solver has pyramids along the axes.
         solver = dart.constraint.NsgsFrictionSolver()
         simulated.getConstraintSolver().setBoxedLcpSolver(solver)
