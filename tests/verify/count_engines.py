@@ -1,4 +1,4 @@
-"""Counts on what two simulators say of the same executions: MuJoCo's and DART's."""
+"""A count on what two simulators say of the same pulses: MuJoCo and DART."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.reference.stability import DIRECTIONS
 from gm_ompl.simulation.disturb import instants, resisted
 from gm_ompl.simulation.engine import EngineName
-from gm_ompl.simulation.execute import Setup, execute, prepare
+from gm_ompl.simulation.execute import Setup, prepare
 from gm_ompl.simulation.measure import MOVE
 from gm_ompl.simulation.pulses import Disturber
 from tests.executed import NAMES, plan_of
@@ -19,21 +19,6 @@ from tests.verify.counting import Result, count
 PULSES, TOGETHER = 300, 5  # pulses, and how many of them a plan is played for
 WEAKEST, STRONGEST = 0.5, 3.0  # over z
 ENGINES: tuple[EngineName, EngineName] = ("mujoco", "dart")
-
-
-def _agreed(one: bool, other: bool, words: tuple[str, str], note: str) -> Result:
-    """Return whether both say the same: yes in the first word, no in the second."""
-    outcome = f"both {words[not one]}" if one == other else f"MuJoCo alone {words[not one]}"
-    return Result(one == other, None, note, outcome=outcome)
-
-
-@count(instances=len(NAMES))
-def engines(instance: int) -> Result:
-    """MuJoCo and DART agree whether a plan holds when executed."""
-    plan = plan_of(NAMES[instance])
-    reports = [execute(prepare(plan, engine=engine)) for engine in ENGINES]
-    note = "\n".join([NAMES[instance], *(report.table() for report in reports)])
-    return _agreed(reports[0].holds, reports[1].holds, ("hold", "fail"), note)
 
 
 @lru_cache(1)
@@ -68,5 +53,7 @@ def engines_under_pulses(instance: int) -> Result:
         direction = _weakest(setup, when[number])
     direction = direction / np.linalg.norm(direction)
     withstood = [one.trial(when[number], direction, -1, fraction).withstood for one in disturbers]
+    words = ["withstood" if held else "lost" for held in withstood]
     note = f"{setup.problem.name}: {fraction:.2f} z at instant {when[number]}"
-    return _agreed(withstood[0], withstood[1], ("withstand", "lose"), note)
+    agreed = withstood[0] == withstood[1]
+    return Result(agreed, None, note, outcome=f"{words[0]} by MuJoCo, {words[1]} by DART")

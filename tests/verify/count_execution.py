@@ -1,11 +1,11 @@
-"""Counts on executions: that plans hold, and what z promises against disturbances."""
+"""Counts on executions: what z promises against disturbances; docs.tables.execution counts plans."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 
 from gm_ompl.simulation.disturb import disturb, probe
-from gm_ompl.simulation.execute import Setup, execute, prepare
+from gm_ompl.simulation.execute import Setup, prepare
 from tests.executed import NAMES, plan_of
 from tests.verify.counting import Result, count
 
@@ -15,17 +15,6 @@ PULSES = 20
 @lru_cache(2)
 def _setup(name: str) -> Setup:
     return prepare(plan_of(name))
-
-
-@count(instances=len(NAMES))
-def executions(instance: int) -> Result:
-    """Shipped and random problems' optimal plans hold when executed (worst: end off by, in D)."""
-    name = NAMES[instance]
-    report = execute(_setup(name))
-    outcome = f"{'shipped' if not name.startswith('random') else 'random'}: "
-    outcome += "holds" if report.holds else "fails"
-    note = f"{name}: {report.table()}"
-    return Result(report.holds, report.end_position / report.size, note, outcome=outcome)
 
 
 @count(instances=len(NAMES))
