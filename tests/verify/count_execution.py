@@ -1,4 +1,4 @@
-"""Counts on executions: what z promises against disturbances; docs.tables.execution counts plans."""
+"""Counts on executions: what z promises against disturbances."""
 
 from __future__ import annotations
 
