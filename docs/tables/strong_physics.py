@@ -21,10 +21,9 @@ import numpy as np
 from docs.tables import execution as executed
 from docs.tables.pages import write_tables
 from gm_ompl.arrays import Array
-from gm_ompl.contact.decision import ControlMode
+from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.mechanics.instant import DIRECTIONS
-from gm_ompl.mechanics.strong import gives_way
-from gm_ompl.mechanics.strongest import StrongHand
+from gm_ompl.mechanics.strongest import strongly_held
 from gm_ompl.reference.modes import margin
 from gm_ompl.simulation.disturb import instants
 from gm_ompl.simulation.engine import STEP
@@ -57,23 +56,15 @@ class Played(NamedTuple):
 
 def both(site: Site) -> tuple[float, float]:
     """Return z and z_strong at an instant of a plan, the latter by the kernel where it can."""
-    instant, scale = site.instant, site.instant.force_scale
-    if instant.soft.any():
+    if site.instant.soft.any():
         z, strong = margins_at(site)
         return z, strong.z
-    force = np.array([mode is ControlMode.FORCE for mode in site.modes])
-    z = margin(
-        instant,
-        site.modes,
-        [float(f) if by else None for f, by in zip(site.f_com, force, strict=True)],
+    f_com = tuple(
+        float(f) if mode is ControlMode.FORCE else None
+        for f, mode in zip(site.f_com, site.modes, strict=True)
     )
-    hand = StrongHand.of(instant)
-    rows = hand.contacts(sum(1 << i for i, by in enumerate(force.tolist()) if not by))
-    f, ways = (
-        np.where(force, site.f_com / scale, hand.f_max),
-        np.zeros(len(rows.normal), dtype=np.int64),
-    )
-    return z, scale * gives_way(rows, len(f), hand.q, f, DIRECTIONS, z / scale, -1.0, ways)
+    z = margin(site.instant, site.modes, f_com)
+    return z, strongly_held(site.instant, ModeDecision(Outcome.STABLE, z, site.modes, f_com))
 
 
 def _drawn(rng: np.random.Generator) -> Array:

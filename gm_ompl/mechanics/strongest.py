@@ -245,6 +245,17 @@ def strongest(instant: Instant, below: float = 0.0) -> ModeDecision:
     return as_strong(best, hand.bound, instant.force_scale, instant.max_normal_force, below)
 
 
+def strongly_held(instant: Instant, decision: ModeDecision) -> float:
+    """Return z_strong of a decision: of its modes, its commands and its z."""
+    hand, scale = StrongHand.of(instant), instant.force_scale
+    mask = sum(1 << i for i, m in enumerate(decision.modes) if m is ControlMode.POSITION)
+    rows = hand.contacts(mask)
+    pairs = zip(decision.f_com, instant.max_normal_force, strict=True)
+    f = np.array([most if f is None else f for f, most in pairs], dtype=np.float64) / scale
+    found = np.zeros(len(rows.normal), dtype=np.int64)
+    return scale * gives_way(rows, len(f), hand.q, f, DIRECTIONS, decision.z / scale, -1.0, found)
+
+
 def strong_choices(instant: Instant) -> tuple[ModeDecision, ...]:
     """Return per combination of modes that passes (5) what is best for z_strong, if proven."""
     hand, scale = StrongHand.of(instant), instant.force_scale

@@ -10,9 +10,7 @@ import pytest
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command_steps
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import Instant
-from gm_ompl.mechanics.instant import DIRECTIONS
-from gm_ompl.mechanics.strong import gives_way
-from gm_ompl.mechanics.strongest import StrongHand, strong_choices, strongest
+from gm_ompl.mechanics.strongest import strong_choices, strongest, strongly_held
 from gm_ompl.reference.modes import decide_modes, margin
 from gm_ompl.reference.strong import strong_margin
 from gm_ompl.reference.strongest import decide_strongly
@@ -33,14 +31,8 @@ def held(instant: Instant) -> tuple[float, float]:
 
 def held_with(instant: Instant, decision: ModeDecision) -> tuple[float, float]:
     """Return z_strong of a decision, by the kernel and by the reference."""
-    hand = StrongHand.of(instant)
-    mask = sum(1 << i for i, m in enumerate(decision.modes) if m is ControlMode.POSITION)
-    rows, scale = hand.contacts(mask), instant.force_scale
-    pairs = zip(decision.f_com, instant.max_normal_force, strict=True)
-    f = np.array([most if f is None else f for f, most in pairs]) / scale
-    found = np.zeros(len(rows.normal), dtype=np.int64)
-    t = gives_way(rows, len(f), hand.q, f, DIRECTIONS, decision.z / scale, -1.0, found)
-    return t * scale, strong_margin(instant, decision.modes, decision.f_com, decision.z).z
+    reference = strong_margin(instant, decision.modes, decision.f_com, decision.z).z
+    return strongly_held(instant, decision), reference
 
 
 @pytest.mark.parametrize("seed", range(8))
