@@ -18,6 +18,7 @@ from tests.verify.counting import Result, count
 
 PULSES, TOGETHER = 300, 5  # pulses, and how many of them a plan is played for
 WEAKEST, STRONGEST = 0.5, 3.0  # over z
+TOWARDS = 4.0  # how much strong ones are preferred: most of the weak ones are withstood by both
 ENGINES: tuple[EngineName, EngineName] = ("mujoco", "dart")
 
 
@@ -48,7 +49,8 @@ def engines_under_pulses(instance: int) -> Result:
     group, number = divmod(instance, TOGETHER)
     setup, when, disturbers = _disturbed(group)
     rng = np.random.default_rng((instance, 1))
-    fraction, direction = float(rng.uniform(WEAKEST, STRONGEST)), rng.normal(size=6)
+    fraction = WEAKEST + (STRONGEST - WEAKEST) * float(rng.uniform()) ** (1.0 / TOWARDS)
+    direction = rng.normal(size=6)
     if instance % 2 == 0:
         direction = _weakest(setup, when[number])
     direction = direction / np.linalg.norm(direction)
