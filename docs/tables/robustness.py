@@ -19,9 +19,8 @@ from gm_ompl.contact.environment import contacts_at
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.columns import wrench_norm
 from gm_ompl.mechanics.family import hand_tips, surroundings
-from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.mechanics.modes import STABLE
-from gm_ompl.mechanics.robust import Surroundings, Tips, decide_cases
+from gm_ompl.mechanics.robust import Surroundings, Tips, cases_at, decide_cases
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
 from gm_ompl.uncertainty.ranges import Uncertainty
@@ -100,10 +99,10 @@ def _families(instant: Instant) -> tuple[tuple[Surroundings, Tips], tuple[Surrou
     U, ranges = wrench_norm(instant.mass, instant.inertia), instant.uncertainty
     tips = hand_tips(
         instant.points[:, None], instant.normals[:, None], instant.friction, instant.soft,
-        instant.cone_edges, U, ranges,
+        instant.cone_edges, U, ranges, f_max=instant.max_normal_force / instant.force_scale,
     )  # fmt: skip
     around = surroundings(instant, ranges, U)
-    one = Surroundings(around.envs[:1].copy(), around.loads[:1].copy(), around.squeeze)
+    one = around._replace(envs=around.envs[:1].copy(), loads=around.loads[:1].copy())
     return (one, tips._replace(command=0.0)), (around, tips)
 
 
@@ -134,16 +133,14 @@ def decisions() -> Iterator[tuple[object, ...]]:
 def _timed(instant: Instant) -> tuple[bool, tuple[int, float, float]]:
     """Return whether some modes have a margin, and N, T(1), T(N) in CPU seconds."""
     n, times = len(instant.points), []
-    there, f_max = np.zeros(n, dtype=np.int64), instant.max_normal_force / instant.force_scale
+    there = np.zeros(n, dtype=np.int64)
     end = STABLE
     for around, tips in _families(instant):
 
         def decide(around: Surroundings = around, tips: Tips = tips) -> int:
             for _ in range(5):
-                end, *_rest = decide_cases(
-                    around, tips, np.arange(n), there, f_max, DIRECTIONS, 0.0, -1, -1,
-                    np.zeros(n), np.zeros(6),
-                )  # fmt: skip
+                cases = cases_at(around, tips, np.arange(n), there)
+                end, *_rest = decide_cases(cases, 0.0, -1, -1, np.zeros(n), np.zeros(6))
             return int(end)
 
         decide()

@@ -14,8 +14,13 @@ from gm_ompl.mechanics.batch import Decisions, unanswered
 from gm_ompl.mechanics.case_alternatives import CaseAlternatives
 from gm_ompl.mechanics.central import Answer
 from gm_ompl.mechanics.family import hand_tips, surroundings
-from gm_ompl.mechanics.instant import DIRECTIONS
-from gm_ompl.mechanics.robust import Surroundings, Tips, decide_case_rows, decide_cases
+from gm_ompl.mechanics.robust import (
+    Surroundings,
+    Tips,
+    cases_at,
+    decide_case_rows,
+    decide_cases,
+)
 from gm_ompl.problem import Problem
 
 
@@ -43,10 +48,9 @@ class CaseDecider:
         hand = problem.fingers
         self.tips: Tips = hand_tips(
             *spots(problem), hand.friction, hand.soft, problem.mechanics.cone_edges, U,
-            problem.uncertainty,
+            problem.uncertainty, f_max=hand.max_normal_force / problem.force_scale,
         )  # fmt: skip
         self._problem, self._U, self._scale = problem, U, problem.force_scale
-        self._f_max = hand.max_normal_force / self._scale
         self._around: list[Surroundings] = []
         self._loads: dict[bytes, Array] = {}
 
@@ -74,36 +78,28 @@ class CaseDecider:
             f_com: output (k,).
             y: output (6,).
         """
-        end, z, direction, mask, load = decide_cases(
-            self._around[environment], self.tips, hand, rows, self._f_max, DIRECTIONS,
-            below / self._scale, -1, -1, f_com, y,
-        )  # fmt: skip
+        cases = cases_at(self._around[environment], self.tips, hand, rows)
+        end, z, direction, mask, load = decide_cases(cases, below / self._scale, -1, -1, f_com, y)
         return (end, z, direction, mask), load
 
-    def decide_many(
-        self, which: IntArray, rows: IntArray, below: float
-    ) -> tuple[Decisions, IntArray]:
-        """Return the answers for the whole hand at many placements (K, n), and their loads (K,).
+    def decide_many(self, which: IntArray, rows: IntArray, below: float) -> Decisions:
+        """Return the answers for the whole hand at many placements (K, n).
 
         ``which`` (K,) are the contact states.
         """
-        answers, loads = unanswered(*rows.shape), np.zeros(len(rows), dtype=np.int64)
+        answers = unanswered(*rows.shape)
         order = np.argsort(which, kind="stable")
 
         def work(part: slice) -> None:
             own = order[part]
             cuts = np.flatnonzero(np.diff(which[own], prepend=-1, append=-1))
             for a, b in pairwise(cuts.tolist()):
-                decide_case_rows(
-                    self._around[which[own[a]]], self.tips, self._f_max, DIRECTIONS,
-                    below / self._scale, rows, own[a:b], answers, loads,
-                )  # fmt: skip
+                around = self._around[which[own[a]]]
+                decide_case_rows(around, self.tips, below / self._scale, rows, own[a:b], answers)
 
         share_out(work, len(rows))
-        return answers, loads
+        return answers
 
     def alternatives(self, environment: int, hand: IntArray, rows: IntArray) -> CaseAlternatives:
         """Return what Sec. 3.4 could have chosen; arguments as for ``decide``."""
-        return CaseAlternatives(
-            self._scale, self._around[environment], self.tips, self._f_max, hand, rows
-        )
+        return CaseAlternatives(self._scale, self._around[environment], self.tips, hand, rows)

@@ -22,6 +22,7 @@ from gm_ompl.mechanics.central import Answer, settle_commands
 from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
+from gm_ompl.mechanics.program import Program
 from gm_ompl.problem import Placements, Problem
 
 Key: TypeAlias = tuple[int, Placements, Placements]
@@ -134,10 +135,8 @@ class KernelBackend:
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         rows = np.array(placements, dtype=np.int64)
         if self._cases is None:
-            answer = modes.decide(
-                self._env[environment], load, self._tips, hand, rows, self._f_max, DIRECTIONS,
-                below / self.scale, -1, -1, NO_RECORD, f_com, y,
-            )  # fmt: skip
+            program = self._program(environment, hand, rows)
+            answer = modes.decide(program, below / self.scale, -1, -1, NO_RECORD, f_com, y)
         else:
             answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
             load = self._cases.load(environment, number)
@@ -145,16 +144,18 @@ class KernelBackend:
             self.learn(environment, load, y)
         return self._decision(environment, hand, placements, answer, f_com)
 
+    def _program(self, environment: int, hand: IntArray, rows: IntArray) -> Program:
+        """Return what acts on a hand (k,) at its placements (k,)."""
+        env, q, tips = self._env[environment], self._load[environment], self._tips[hand, rows]
+        return Program(env, q, tips, self._f_max[hand], DIRECTIONS)
+
     def _decision(
         self, environment: int, hand: IntArray, rows: Placements, answer: Answer, f_com: Array
     ) -> ModeDecision | None:
         """Return the decision that the kernel's answer is, None where it proves nothing."""
         if answer[1] == 0.0 and self._cases is None:  # f_com is left free
-            settle_commands(
-                self._env[environment], self._load[environment],
-                self._tips[hand, np.array(rows, dtype=np.int64)], self._f_max[hand],
-                answer, DIRECTIONS, f_com,
-            )  # fmt: skip
+            program = self._program(environment, hand, np.array(rows, dtype=np.int64))
+            settle_commands(program, answer, f_com)
         return as_decision(*answer, f_com.tolist(), self.scale)
 
     def _fall_back(
@@ -197,24 +198,24 @@ class KernelBackend:
             return []
         self.decisions += K
         if self._cases is not None:
-            answers, numbers = self._cases.decide_many(which, rows, below)
-            loads = [self._cases.load(*pair) for pair in zip(which, numbers, strict=True)]
+            answers = self._cases.decide_many(which, rows, below)
+            cut = [self._cases.load(*pair) for pair in zip(which, answers.loads, strict=True)]
             return [
-                self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)
+                self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)
             ]
         first = np.cumsum([0, *(len(env) for env in self._env)])
-        states = States(np.concatenate(self._env), first, np.stack(self._load))
+        env, loads = np.concatenate(self._env), np.stack(self._load)
+        states = States(env, first, loads, self._tips, self._f_max, DIRECTIONS)
         answers = unanswered(K, rows.shape[1])
 
         def work(part: slice) -> None:
-            decide_rows(
-                states, self._tips, self._f_max, DIRECTIONS, below / self.scale, which, rows,
-                part.start, part.stop, answers,
-            )  # fmt: skip
+            decide_rows(states, below / self.scale, which[part], rows[part], answers.part(part))
 
         share_out(work, K)
-        loads = [self._load[state] for state in which]
-        return [self._answer(int(which[k]), rows[k], answers, k, loads[k], below) for k in range(K)]
+        return [
+            self._answer(int(which[k]), rows[k], answers, k, loads[which[k]], below)
+            for k in range(K)
+        ]
 
     def _answer(
         self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array,
@@ -271,13 +272,10 @@ class KernelBackend:
     ) -> Choices:
         """Return what Sec. 3.4 could have chosen; arguments as for ``decide``."""
         hand = self._hand(fingers)[1]
+        rows = np.array(placements, dtype=np.int64)
         if self._cases is not None:
-            rows = np.array(placements, dtype=np.int64)
             return self._cases.alternatives(environment, hand, rows)
-        return Alternatives(
-            self.scale, self._env[environment], self._load[environment],
-            self._tips[hand, np.array(placements, dtype=np.int64)], self._f_max[hand],
-        )  # fmt: skip
+        return Alternatives(self.scale, self._program(environment, hand, rows))
 
     def columns(self, environment: int) -> tuple[Array, Array, Array, Array]:
         """Return what acts at a contact state, forces over ``scale``, and f_max (n,).

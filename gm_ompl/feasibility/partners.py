@@ -28,7 +28,7 @@ from gm_ompl.mechanics.partner_cuts import (
     no_cuts,
     nothing_found,
 )
-from gm_ompl.mechanics.partner_survivors import room_for
+from gm_ompl.mechanics.partner_sweeps import room_for
 from gm_ompl.mechanics.partners import best_of, note
 
 FIRST: Final = 150

@@ -9,6 +9,8 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import ContactState
+from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.strongest import Met, StrongHand, as_strong, environment_rows
 from gm_ompl.problem import Placements, Problem
 
@@ -46,7 +48,8 @@ class StrongDecider:
         env, q, tips = columns
         around = environment_rows(contacts, np.full(len(contacts.points), self._mu), env, self._U)
         own = tips[hand, np.array(rows, dtype=np.int64)]
-        asked = StrongHand(around, env, q, own, self._f_max[hand], self._friction[hand], self._met)
+        program = Program(env, q, own, self._f_max[hand], DIRECTIONS)
+        asked = StrongHand(around, program, self._friction[hand], self._met)
         best = asked.best(below / self._scale)
         if asked.lost:
             return None

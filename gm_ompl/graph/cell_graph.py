@@ -31,6 +31,7 @@ from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_po
 from gm_ompl.mechanics.cell_modes import largest_sets, mode_margin, squeezed
 from gm_ompl.mechanics.certificate import separates_environment
 from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
 
@@ -91,7 +92,7 @@ class CellGraph:
         self._lane_versions: list[int] = []
         self._rests: list[tuple[Tuple, int]] = []
         self._rest_states: IntArray | None = None
-        self._separating: dict[int, tuple[np.ndarray, float]] = {}
+        self._separating: dict[int, Separation] = {}
         self._closed: dict[int, set[int]] = {}
 
     @property
@@ -251,26 +252,24 @@ class CellGraph:
         limits.check()
         env, q, _, _ = self._backend.columns(state)
         if state not in self._separating:
-            w = np.zeros(6)
-            self._separating[state] = w, separates_environment(env, w)
-        w, margin = self._separating[state]
+            self._separating[state] = separates_environment(env)
         y, hand = np.zeros(6), np.array(fingers, dtype=np.int64)
         tips = corner_columns(self._columns, hand, np.array(cells), self.cells.boxes)
+        program = Program(env, q, tips, self._f_max[hand], DIRECTIONS)
         below = self.cells.tables.z_min
-        z = cell_margin(env, q, tips, self._f_max[hand], DIRECTIONS, below, w, margin, y)
+        z = cell_margin(program, self._separating[state], below, y)
         self.cuts.add(state, q, y)
-        return z if z < below else min(z, self._mode_bound(state, hand, cells, tips, y))
+        return z if z < below else min(z, self._mode_bound(state, program, cells, y))
 
-    def _mode_bound(self, state: int, hand: IntArray, cells: Tuple, tips: Array, y: Array) -> float:
+    def _mode_bound(self, state: int, program: Program, cells: Tuple, y: Array) -> float:
         """Bound z of some fingers in their cells, as far as not all can be position-controlled."""
+        tips = program.tips
         corners = corner_points(self.cells.planes, np.array(cells), self.cells.boxes)
         pairs = squeezed(tips[:, : self._edges, :3].copy(), corners)
         if not pairs:
             return np.inf
-        env, q, _, _ = self._backend.columns(state)
-        w, margin = self._separating[state]
-        below, masks = self.cells.tables.z_min, largest_sets(len(hand), pairs)
-        return mode_margin(env, q, tips, self._f_max[hand], DIRECTIONS, below, w, margin, masks, y)
+        below, masks = self.cells.tables.z_min, largest_sets(len(tips), pairs)
+        return mode_margin(program, self._separating[state], below, masks, y)
 
     def close(self, lane: int, node: int) -> None:
         """Take note that a lane cannot end at a goal node."""

@@ -31,11 +31,13 @@ def spread(c: int, costs: Array, tables: Tables, travel: Array, via: IntArray) -
 
 @inlined
 def better_hub(
-    at: int, travel: float, g: float, V: Array, G: Array, X_regr: float,
-    best: float, node: int, slot: int,
-) -> tuple[float, int, int]:  # fmt: skip
-    """Return the cheapest way on known so far, hubs entered at node ``at`` considered."""
-    through = travel + X_regr
+    at: int, through: float, g: float, V: Array, G: Array, way: tuple[float, int, int]
+) -> tuple[float, int, int]:
+    """Return the cheapest way on: the one known so far, or through a hub entered at node ``at``.
+
+    ``through`` is the cost to there and of the regrasp.
+    """
+    best, node, slot = way
     for k in range(V.shape[0]):
         if through + V[k, at] < best and g + through < G[k, at] * SHORTER:
             best, node, slot = through + V[k, at], at, k
@@ -44,8 +46,9 @@ def better_hub(
 
 @compiled
 def best_target(
-    c: int, g: float, costs: Array, d: Array, V: Array, G: Array, tables: Tables, travel: Array
-) -> tuple[float, int, int]:
+    c: int, g: float, costs: Array, d: Array, hubs: tuple[Array, Array], tables: Tables,
+    travel: Array,
+) -> tuple[float, int, int]:  # fmt: skip
     """Return the cheapest way on from node c of a lane: (cost, node, slot lifted there).
 
     Args:
@@ -53,8 +56,8 @@ def best_target(
         g: cost so far.
         costs: (K,), costs of the kinds of arcs.
         d: (V,), cost of reaching the goal inside the lane.
-        V: (n, V), lower bound on the cost from the hub where slot k is lifted.
-        G: (n, V), least cost at which that hub was reached already.
+        hubs: (n, V) each, of the hub where slot k is lifted: a lower bound on the cost from
+            there, and the least cost at which it was reached already.
         tables: the tables.
         travel: (V,), room to work in.
 
@@ -62,9 +65,9 @@ def best_target(
         Slot -1 stands for the goal.
     """
     order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    X_regr, best, node, slot = tables.X_regr, d[c], c, -1
+    (V, G), X_regr, best, node, slot = hubs, tables.X_regr, d[c], c, -1
     if X_regr <= best:
-        best, node, slot = better_hub(c, 0.0, g, V, G, X_regr, best, node, slot)
+        best, node, slot = better_hub(c, X_regr, g, V, G, (best, node, slot))
     travel[:] = np.inf
     kind, travel[c], falling = tables.kind, 0.0, True
     while falling:
@@ -74,7 +77,8 @@ def best_target(
             onward, there = travel[tail[a]] + costs[kind[a]], head[a]
             if onward < travel[there] and onward + X_regr <= best:
                 travel[there], falling = onward, again
-                best, node, slot = better_hub(there, onward, g, V, G, X_regr, best, node, slot)
+                way = better_hub(there, onward + X_regr, g, V, G, (best, node, slot))
+                best, node, slot = way
     return best, node, slot
 
 
@@ -118,8 +122,8 @@ def lane_keys(
     """
     tail, head, onward_arcs, kind = tables.tail, tables.head, tables.order[::-1], tables.kind
     P, X_regr, again = tables.states.shape[1], tables.X_regr, not tables.one_pass
-    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
-    travel, arcs, ends = np.empty(len(tables.goal)), arcs_of(tables), ends_of(tables)
+    known, z = np.full(P, np.inf), np.empty(P)
+    travel, arcs, ends = np.empty(len(tables.goal)), arcs_of(tables, True), ends_of(tables)
     costs = np.empty(tables.states.shape[0])
     for m in range(sets.shape[0]):
         rows, memo, best = sets[m], NOTHING, np.inf
@@ -141,9 +145,7 @@ def lane_keys(
             here = travel[tail[a]]
             if here < best and here < travel[head[a]]:  # else no cost of the arc matters
                 if costs[kind[a]] < 0.0:
-                    costs[kind[a]], memo = arc_cost(
-                        rows, kind[a], known, 0, arcs, cuts, z, factors, memo, True
-                    )
+                    costs[kind[a]], memo = arc_cost(rows, kind[a], known, arcs, cuts, z, memo)
                 cost = costs[kind[a]]
                 if here + cost < best and here + cost < travel[head[a]]:
                     at = head[a]
@@ -169,8 +171,8 @@ def hub_rows(
     """
     order, tails, heads, again = tables.order, tables.tail, tables.head, not tables.one_pass
     kind, P, costs = tables.kind, tables.states.shape[1], np.empty(tables.states.shape[0])
-    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
-    full, arcs, ends = rows.copy(), arcs_of(tables), ends_of(tables)
+    known, z = np.full(P, np.inf), np.empty(P)
+    full, arcs, ends = rows.copy(), arcs_of(tables, True), ends_of(tables)
     for index in which:
         full[slot] = choices[index]
         d, memo, falling, costs[:] = table[index], NOTHING, True, -1.0
@@ -183,8 +185,6 @@ def hub_rows(
                 head, tail = heads[a], tails[a]
                 if d[head] < d[tail]:  # else no cost of the arc matters
                     if costs[kind[a]] < 0.0:
-                        costs[kind[a]], memo = arc_cost(
-                            full, kind[a], known, 0, arcs, cuts, z, factors, memo, True
-                        )
+                        costs[kind[a]], memo = arc_cost(full, kind[a], known, arcs, cuts, z, memo)
                     if d[head] + costs[kind[a]] < d[tail]:
                         d[tail], falling = d[head] + costs[kind[a]], again

@@ -199,7 +199,7 @@ class LaneGraph:
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
                     self.air.mind_pockets(lane, k, known, G[k])
-            cost, node, slot = best_target(config, g, lane.costs, lane.d, V, G, tables, travel)
+            cost, node, slot = best_target(config, g, lane.costs, lane.d, (V, G), tables, travel)
             if slot < 0:
                 return cost, node, None
             new = hubs[slot] not in self._hubs

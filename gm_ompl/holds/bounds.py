@@ -22,7 +22,11 @@ NOTHING: Final[Memo] = (UNASKED, np.inf, np.nan, 1.0)
 
 
 class Arcs(NamedTuple):
-    """What costs of arcs need of ``Tables``: numba counts every use of every array of a tuple."""
+    """What costs of arcs need of ``Tables``: numba counts every use of every array of a tuple.
+
+    And room to work in, ``factors`` (P,); ``weigh`` says whether lengths count: else an arc that
+    may hold costs nothing.
+    """
 
     like: IntArray
     free: BoolArray
@@ -31,6 +35,8 @@ class Arcs(NamedTuple):
     z_min: float
     z_floor: float
     X_stab: float
+    factors: Array
+    weigh: bool
 
 
 class Ends(NamedTuple):
@@ -42,11 +48,11 @@ class Ends(NamedTuple):
 
 
 @inlined
-def arcs_of(tables: Tables) -> Arcs:
+def arcs_of(tables: Tables, weigh: bool) -> Arcs:
     """Return what costs of arcs need."""
     return Arcs(
         tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.z_floor,
-        tables.X_stab,
+        tables.X_stab, np.empty(tables.states.shape[1]), weigh,
     )  # fmt: skip
 
 
@@ -58,25 +64,21 @@ def ends_of(tables: Tables) -> Ends:
 
 @inlined
 def arc_cost(
-    rows: IntArray, kind: int, known: Array, at: int, arcs: Arcs, cuts: CutTables, z: Array,
-    factors: Array, memo: Memo, weigh: bool,
-) -> tuple[float, Memo]:  # fmt: skip
+    rows: IntArray, kind: int, known: Array, arcs: Arcs, cuts: CutTables, z: Array, memo: Memo
+) -> tuple[float, Memo]:
     """Return a lower bound on Eq. (9) for arcs of a kind; +inf where they cannot hold.
 
     Args:
         rows: (n,), a set's placements.
         kind: of the arcs.
-        known: (.., P), decided margins, +inf where undecided.
-        at: the kind's row in ``known`` and ``z``.
+        known: (P,), the kind's decided margins, +inf where undecided.
         arcs: of the tables.
         cuts: the cuts.
-        z: output (.., P), upper bounds on the margins: what is known, else the least of the
+        z: output (P,), upper bounds on the margins: what is known, else the least of the
             state's cuts; left alone after the first that is below z_min.
-        factors: (P,), room to work in.
         memo: what the arc before has left. It is returned with the cost.
-        weigh: whether lengths count; else an arc that may hold costs nothing.
     """
-    like, free, states, lengths, z_min, z_floor, X_stab = arcs
+    like, free, states, lengths, z_min, z_floor, X_stab, factors, weigh = arcs
     before, bound, margin, factor = memo
     P, row = states.shape[1], like[kind]
     most, holds = 0.0, True
@@ -89,9 +91,9 @@ def arc_cost(
             before, bound = states[kind, j], np.inf
             if 0 <= before < len(cuts.counts):
                 bound = state_bound(before, rows, cuts)
-        least = min(bound, known[at, j])
+        least = min(bound, known[j])
         holds = least >= z_min
-        z[at, j] = least
+        z[j] = least
         if least != margin:
             margin = least
             factor = 1.0 + X_stab / max(margin, z_floor) if X_stab > 0.0 else 1.0
@@ -133,10 +135,9 @@ def refresh(
         costs: output (K,), lower bounds on Eq. (9).
         d: output (V,), lower bounds on the cost to the goal without regrasping.
     """
-    factors, memo = np.empty(tables.states.shape[1]), NOTHING
-    arcs, ends = arcs_of(tables), ends_of(tables)
+    arcs, ends, memo = arcs_of(tables, True), ends_of(tables), NOTHING
     for k in range(len(costs)):
-        costs[k], memo = arc_cost(rows, k, known, k, arcs, cuts, z, factors, memo, True)
+        costs[k], memo = arc_cost(rows, k, known[k], arcs, cuts, z[k], memo)
     for c in range(len(d)):
         d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
     lower(d, costs, tables)
@@ -178,13 +179,13 @@ def reaches(
         reach: what is known so far, between the two.
     """
     P = tables.states.shape[1]
-    known, z, factors = np.full((1, P), np.inf), np.empty((1, P)), np.empty(P)
-    arcs, step = arcs_of(tables), 1 if last >= first else -1
+    known, z = np.full(P, np.inf), np.empty(P)
+    arcs, step = arcs_of(tables, False), 1 if last >= first else -1
     for m in range(sets.shape[0]):
         rows, k, memo = sets[m], first, NOTHING
         while k != reach[m]:
             kind = tables.kind[k if step > 0 else k - 1]
-            cost, memo = arc_cost(rows, kind, known, 0, arcs, cuts, z, factors, memo, False)
+            cost, memo = arc_cost(rows, kind, known, arcs, cuts, z, memo)
             if cost == np.inf:
                 break
             k += step

@@ -16,33 +16,28 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.central import settle_commands
-from gm_ompl.mechanics.certificate import into_polar, proven, reach, separates_environment
-from gm_ompl.mechanics.equilibrium import balance
-from gm_ompl.mechanics.instant import (
-    DIRECTIONS,
-    as_decision,
-    as_mask,
-    decide_columns,
-    instant_columns,
+from gm_ompl.mechanics.certificate import (
+    NO_RECORD,
+    into_polar,
+    proven,
+    reach,
+    separates_environment,
 )
+from gm_ompl.mechanics.equilibrium import balance
+from gm_ompl.mechanics.instant import as_decision, as_mask, instant_program
 from gm_ompl.mechanics.kelley import force_control
-from gm_ompl.mechanics.resistance import new_resistance
-from gm_ompl.mechanics.sides import SIDES
-from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE
-from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, cut, fill, run_pass
+from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE, Target
+from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, cut, run_pass
 from gm_ompl.mechanics.tableau import NEVER
+from gm_ompl.mechanics.tau import fill, new_tableau
 
 
-def margin(
-    env: Array, q: Array, tips: Array, f_max: Array, mask: int, below: float, f: Array
-) -> tuple[int, float, int]:
+def margin(program: Program, mask: int, below: float, f: Array) -> tuple[int, float, int]:
     """z of Problem (6) for given modes, the best f_com, and the direction that limits z.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale, as all forces here.
+        program: what acts, and the fingers.
         mask: position-controlled fingers as bits.
         below: a threshold; where z is proven smaller, stop with an upper bound on z.
         f: output (n,): f_com for the force-controlled fingers.
@@ -50,20 +45,17 @@ def margin(
     Returns:
         How it ended (see ``modes.decide``), z (or its bound, never below 0), the direction.
     """
-    end, z, direction, _ = decide_columns(env, q, tips, f_max, below, f, np.zeros(6), only=mask)
+    end, z, direction, _ = modes.decide(program, below, -1, mask, NO_RECORD, f, np.zeros(6))
     return end, max(z, 0.0), direction
 
 
 def commanded_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, f: Array, slopes: Array
+    program: Program, force: BoolArray, f: Array, slopes: Array
 ) -> tuple[int, float, float]:
     """z of Problem (6) for given modes and given f_com, with a bound on it for every f_com.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale, as all forces here.
+        program: what acts, and the fingers.
         force: (n,), who is force-controlled.
         f: (n,), f_com where force-controlled.
         slopes: output (number of force-controlled fingers,).
@@ -72,45 +64,40 @@ def commanded_margin(
         REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the constant c
         of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
     """
-    e, n, s = len(env), len(tips), tips.shape[1]
-    m, N = 6 + n, 1 + e + n * s + n
-    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, y, w = np.empty(m, dtype=np.int64), np.empty(m), np.zeros(6)
-    found = new_resistance(m)
-    cost = fill(env, q, tips, f_max, force, f, raw)
-    end, _, _, v = run_pass(
-        raw, cost, DIRECTIONS, T, d, basis, y, False, np.inf, 0.0, NEVER, y, found
-    )
+    n, s, _ = program.tips.shape
+    tableau = new_tableau(n, len(program.env), s)
+    cost, y = fill(program, force, f, tableau.raw), tableau.y
+    end, _, _, v = run_pass(tableau, cost, program.L, y, False, Target(np.inf, 0.0, NEVER))
     size = float(np.abs(y[:6]).max())
     wrench = y[:6] / size if size > NO_TAU else np.zeros(6)
-    if end == TROUBLE or not into_polar(env, w, separates_environment(env, w), wrench):
+    separation = separates_environment(program.env)
+    if end == TROUBLE or not into_polar(program.env, separation, wrench):
         return FAILED, 0.0, 0.0
-    h = reach(DIRECTIONS, wrench)
-    c = cut(q, tips, f_max, force, wrench, slopes) / h if h > 0.0 else np.inf
+    h = reach(program.L, wrench)
+    c = cut(program, force, wrench, slopes) / h if h > 0.0 else np.inf
     slopes /= h or 1.0
     z = c + float(slopes @ f[force])
     if end == INFEASIBLE:
-        return _balanced_margin(env, q, tips, f_max, force, f, z, c, slopes)
+        return _balanced_margin(program, separation, force, f, (z, c), slopes)
     return REACHED if proven(v, z) else FAILED, z, c
 
 
 def _balanced_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, f: Array, z: float,
-    c: float, slopes: Array,
+    program: Program, separation: Separation, force: BoolArray, f: Array,
+    allowed: tuple[float, float], slopes: Array,
 ) -> tuple[int, float, float]:  # fmt: skip
     """z of ``commanded_margin`` where some direction cannot be resisted: 0 or -inf.
 
-    ``z`` is what the direction's bound c + slopes . f_com allows; where that is not negative but
-    nothing balances the load, a bound that is takes its place.
+    ``allowed`` is z by the direction's bound c + slopes . f_com, and c; where that z is not
+    negative but nothing balances the load, a bound by which it is takes its place.
     """
-    w, y = np.zeros(6), np.zeros(6)
-    margin = separates_environment(env, w)
-    end = balance(env, q, tips, f_max, force, f, DIRECTIONS, w, margin, y, np.empty(len(f)))
+    y, (z, c) = np.zeros(6), allowed
+    end = balance(program, separation, force, f, y, np.empty(len(f)))
     if end == REACHED:
         return REACHED, 0.0, c
     if end == BELOW and z >= 0.0:
-        h = reach(DIRECTIONS, y)
-        c = cut(q, tips, f_max, force, y, slopes) / h
+        h = reach(program.L, y)
+        c = cut(program, force, y, slopes) / h
         slopes /= h
     return (REACHED, -np.inf, c) if end == BELOW or z < 0.0 else (FAILED, 0.0, c)
 
@@ -143,19 +130,16 @@ class Alternatives:
 
     Args:
         scale: the kernel's unit of force, force_scale.
-        env: (e, 6), the environment's columns.
-        q: (6,), the load over force_scale.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale.
+        program: what acts, and the fingers.
     """
 
-    def __init__(self, scale: float, env: Array, q: Array, tips: Array, f_max: Array) -> None:
-        self._scale, self._env, self._q, self._tips, self._f_max = scale, env, q, tips, f_max
+    def __init__(self, scale: float, program: Program) -> None:
+        self._scale, self._program = scale, program
 
     @classmethod
     def of(cls, instant: Instant) -> Alternatives:
         """Return the choices at an instant."""
-        return cls(instant.force_scale, *instant_columns(instant))
+        return cls(instant.force_scale, instant_program(instant))
 
     def modes(self, least: float) -> tuple[ModeDecision, ...]:
         """Return every combination of modes that passes (5) with z >= ``least`` at its best f_com.
@@ -164,20 +148,19 @@ class Alternatives:
         down from the largest passing sets of position-controlled fingers and stops at those below
         ``least``. Combinations for which the kernel finds no proof are left out.
         """
-        passed = np.empty(1 << len(self._tips), dtype=np.int64)
-        passes, _ = modes.passing_sets(self._env, self._tips, -1, False, passed, np.zeros(6))
+        env, _, tips, _, _ = self._program
+        passed = np.empty(1 << len(tips), dtype=np.int64)
+        passes, _ = modes.passing_sets(env, tips, -1, False, passed)
         largest = [int(mask) for mask in passed[: max(passes, 0)]]
-        return downward(largest, len(self._tips), lambda mask: self._best_command(mask, least))
+        return downward(largest, len(tips), lambda mask: self._best_command(mask, least))
 
     def _best_command(self, mask: int, least: float) -> ModeDecision | None:
-        f = np.zeros(len(self._tips))
-        end, z, direction = margin(
-            self._env, self._q, self._tips, self._f_max, mask, max(least / self._scale, 0.0), f
-        )
+        f = np.zeros(len(self._program.tips))
+        end, z, direction = margin(self._program, mask, max(least / self._scale, 0.0), f)
         if end != modes.STABLE or z * self._scale < least:
             return None
         answer = (modes.STABLE, z, direction, mask)
-        settle_commands(self._env, self._q, self._tips, self._f_max, answer, DIRECTIONS, f)
+        settle_commands(self._program, answer, f)
         return as_decision(*answer, f.tolist(), self._scale)
 
     def at(
@@ -192,13 +175,9 @@ class Alternatives:
         Returns:
             z at ``f_com``, and the bound z <= c + slopes . f_com that holds for every f_com.
         """
-        force = self._force(as_mask(chosen))
+        force = np.zeros(len(self._program.tips), dtype=np.bool_)
+        force_control(as_mask(chosen), force)
         f, slopes = np.zeros(len(force)), np.zeros(len(f_com))
         f[force] = f_com / self._scale
-        end, z, c = commanded_margin(self._env, self._q, self._tips, self._f_max, force, f, slopes)
+        end, z, c = commanded_margin(self._program, force, f, slopes)
         return (z * self._scale, c * self._scale, slopes) if end == REACHED else None
-
-    def _force(self, mask: int) -> BoolArray:
-        force = np.zeros(len(self._tips), dtype=np.bool_)
-        force_control(mask, force)
-        return force

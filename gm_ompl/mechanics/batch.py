@@ -9,21 +9,28 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.certificate import Record
-from gm_ompl.mechanics.modes import decide
+from gm_ompl.mechanics.modes import at_placements, decide
+from gm_ompl.mechanics.program import Program
 
 
 class States(NamedTuple):
-    """Contact states, one after the other.
+    """Contact states, one after the other, and the hand that is asked about at them.
 
     Attributes:
         env: (columns of all states, 6), the environments' columns.
         first: (states + 1,), where each state's columns begin.
         loads: (states, 6).
+        tips: (n, P, s, 6), the fingers' columns for unit normal force at every placement.
+        f_max: (n,), over force_scale, as all forces here.
+        L: (76, 6), the directions.
     """
 
     env: Array
     first: IntArray
     loads: Array
+    tips: Array
+    f_max: Array
+    L: Array
 
 
 class Decisions(NamedTuple):
@@ -36,6 +43,7 @@ class Decisions(NamedTuple):
         masks: (K,), position-controlled fingers as bits.
         commands: (K, n), f_com.
         wrenches: (K, 6), wrenches of cuts; zero where there is none.
+        loads: (K,), of several loads the number of the one that a cut is for.
     """
 
     ends: IntArray
@@ -44,6 +52,11 @@ class Decisions(NamedTuple):
     masks: IntArray
     commands: Array
     wrenches: Array
+    loads: IntArray
+
+    def part(self, rows: slice) -> Decisions:
+        """Return some of the answers, to be written into."""
+        return Decisions._make(each[rows] for each in self)
 
 
 def unanswered(count: int, fingers: int) -> Decisions:
@@ -55,35 +68,32 @@ def unanswered(count: int, fingers: int) -> Decisions:
         np.zeros(count, dtype=np.int64),
         np.zeros((count, fingers)),
         np.zeros((count, 6)),
+        np.zeros(count, dtype=np.int64),
     )
 
 
 @compiled
 def decide_rows(
-    states: States, tips: Array, f_max: Array, L: Array, below: float, which: IntArray,
-    rows: IntArray, begin: int, end: int, answers: Decisions,
-) -> None:  # fmt: skip
-    """Decide rows ``begin`` to ``end``; other threads may treat other rows meanwhile.
+    states: States, below: float, which: IntArray, rows: IntArray, answers: Decisions
+) -> None:
+    """Decide some rows; other threads may treat others meanwhile.
 
     Args:
-        states: the contact states.
-        tips: (n, P, s, 6), the fingers' columns for unit normal force at every placement.
-        f_max: (n,), over force_scale, as all forces here.
-        L: (76, 6), the directions.
+        states: the contact states and the hand.
         below: threshold; 0 decides exactly.
         which: (K,), the contact state of each decision.
         rows: (K, n), its placements.
-        begin: the first row.
-        end: one past the last row.
         answers: output.
     """
-    hand = np.arange(len(f_max))
+    hand = np.arange(len(states.f_max))
     record = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
-    for k in range(begin, end):
+    for k in range(len(which)):
         state = which[k]
-        env = states.env[states.first[state] : states.first[state + 1]]
-        how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
-            env, states.loads[state], tips, hand, rows[k], f_max, L, below, -1, -1,
-            record, answers.commands[k], answers.wrenches[k],
+        program = Program(
+            states.env[states.first[state] : states.first[state + 1]], states.loads[state],
+            at_placements(states.tips, hand, rows[k]), states.f_max, states.L,
         )  # fmt: skip
+        how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
+            program, below, -1, -1, record, answers.commands[k], answers.wrenches[k]
+        )
         answers.ends[k] = how

@@ -15,6 +15,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
+from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.tableau import feasible
 
 MAX_BLOCKS = 24
@@ -22,11 +23,9 @@ MAX_BLOCKS = 24
 
 
 @compiled
-def _fill(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, count: int,
-    scale: float, T: Array,
-) -> None:  # fmt: skip
+def _fill(program: Program, force: BoolArray, count: int, scale: float, T: Array) -> None:
     """Write the program's columns: tau, phi and its slack per finger, then block by block."""
+    env, q, tips, f_max, _ = program
     e, n, s = len(env), len(tips), tips.shape[1]
     block, height = e + n * s + n, 6 + n
     for i in range(n):
@@ -53,15 +52,15 @@ def _fill(
 
 @compiled
 def joint_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array,
-    chosen: IntArray, count: int, tolerance: float, f: Array, Y: Array,
-) -> tuple[bool, float]:  # fmt: skip
-    """Return (whether solved, z) for ``count`` chosen directions together; f (n,) gets f_com.
+    program: Program, force: BoolArray, chosen: IntArray, tolerance: float, f: Array, Y: Array
+) -> tuple[bool, float]:
+    """Return (whether solved, z) for some chosen directions together; f (n,) gets f_com.
 
-    z = 0 where the directions cannot all be resisted under one f_com. Y (at least ``count``, 6)
-    gets the wrenches whose cuts, added up, bound z to that. ``tolerance`` is that of ``feasible``.
+    z = 0 where the directions cannot all be resisted under one f_com. Y (a row for each) gets the
+    wrenches whose cuts, added up, bound z to that. ``tolerance`` is that of ``feasible``.
     """
-    n, s = len(tips), tips.shape[1]
+    env, _, tips, f_max, L = program
+    count, n, s = len(chosen), len(tips), tips.shape[1]
     m = count * (6 + n) + n
     N = 1 + 2 * n + count * (len(env) + n * s + n)
     T, d = np.zeros((m, N + m)), np.zeros(N + m)
@@ -69,7 +68,7 @@ def joint_margin(
     scale = 1.0
     for i in range(n):
         scale = max(scale, f_max[i])
-    _fill(env, q, tips, f_max, force, count, scale, T)
+    _fill(program, force, count, scale, T)
     d[0] = 1.0 / scale
     for r in range(m):
         T[r, N + r] = 1.0
@@ -78,7 +77,7 @@ def joint_margin(
         for t in range(6):
             b[i * (6 + n) + t] = L[chosen[i], t]
     y = np.empty(m)
-    end = feasible(T, d, basis, m, N, N + m, b, tolerance, x, y)
+    end = feasible(T, d, basis, b, tolerance, x, y)
     for i in range(count):
         for t in range(6):
             Y[i, t] = y[i * (6 + n) + t]

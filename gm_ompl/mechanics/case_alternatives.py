@@ -12,12 +12,12 @@ from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import Alternatives, commanded_margin, downward
-from gm_ompl.mechanics.cases import Cases, at_shifts, count_of, matters, parts_of, pressures
+from gm_ompl.mechanics.cases import count_of, matters, parts_of, program_of
 from gm_ompl.mechanics.columns import wrench_norm
 from gm_ompl.mechanics.family import hand_tips, surroundings
-from gm_ompl.mechanics.instant import DIRECTIONS, as_decision, as_mask
+from gm_ompl.mechanics.instant import as_decision, as_mask
 from gm_ompl.mechanics.kelley import force_control
-from gm_ompl.mechanics.robust import Surroundings, Tips, decide_cases
+from gm_ompl.mechanics.robust import Surroundings, Tips, cases_at, decide_cases
 from gm_ompl.mechanics.stability import REACHED
 
 
@@ -29,21 +29,15 @@ class CaseAlternatives:
         scale: the kernel's unit of force, force_scale.
         around: the contact state's columns.
         tips: the hand's at every placement.
-        f_max: of all fingers, over force_scale.
         hand: (n,), who touches.
         rows: (n,), where.
     """
 
     def __init__(
-        self, scale: float, around: Surroundings, tips: Tips, f_max: Array, hand: IntArray,
-        rows: IntArray,
-    ) -> None:  # fmt: skip
-        self._scale, self._around, self._tips, self._f_max = scale, around, tips, f_max
-        self._hand, self._rows = hand, rows
-        self._cases = Cases(
-            around.envs, around.loads, at_shifts(tips.tables, hand, rows),
-            pressures(tips.command, len(hand)),
-        )  # fmt: skip
+        self, scale: float, around: Surroundings, tips: Tips, hand: IntArray, rows: IntArray
+    ) -> None:
+        self._scale, self._cases = scale, cases_at(around, tips, hand, rows)
+        self._fingers = len(hand)
 
     @classmethod
     def of(cls, instant: Instant) -> CaseAlternatives:
@@ -52,11 +46,11 @@ class CaseAlternatives:
         n, scale = len(instant.points), instant.force_scale
         tips = hand_tips(
             instant.points[:, None], instant.normals[:, None], instant.friction, instant.soft,
-            instant.cone_edges, U, ranges,
+            instant.cone_edges, U, ranges, f_max=instant.max_normal_force / scale,
         )  # fmt: skip
         there = np.zeros(n, dtype=np.int64)
         around = surroundings(instant, ranges, U)
-        return cls(scale, around, tips, instant.max_normal_force / scale, np.arange(n), there)
+        return cls(scale, around, tips, np.arange(n), there)
 
     def decide(self, previous: int = -1) -> ModeDecision:
         """Return the best of them; ``previous`` is the mask of modes preferred among equals.
@@ -64,11 +58,8 @@ class CaseAlternatives:
         Raises:
             SolverError: the kernel found no proof.
         """
-        f = np.zeros(len(self._hand))
-        end, z, direction, mask, _ = decide_cases(
-            self._around, self._tips, self._hand, self._rows, self._f_max, DIRECTIONS, 0.0,
-            previous, -1, f, np.zeros(6),
-        )  # fmt: skip
+        f = np.zeros(self._fingers)
+        end, z, direction, mask, _ = decide_cases(self._cases, 0.0, previous, -1, f, np.zeros(6))
         decision = as_decision(end, z, direction, mask, f.tolist(), self._scale)
         if decision is None:
             raise SolverError("the mechanics kernel found no mode decision that it can prove")
@@ -79,19 +70,14 @@ class CaseAlternatives:
 
         As ``Alternatives.modes``, z the least of the cases.
         """
-        n = len(self._hand)
-        squeeze, _ = modes.at_placements(self._tips.squeeze, self._hand, self._rows, self._f_max)
-        passed, w = np.empty(1 << n, dtype=np.int64), np.zeros(6)
-        passes, _ = modes.passing_sets(self._around.squeeze, squeeze, -1, False, passed, w)
+        passed = np.empty(1 << self._fingers, dtype=np.int64)
+        passes, _ = modes.passing_sets(self._cases.around, self._cases.squeeze, -1, False, passed)
         largest = [int(mask) for mask in passed[: max(passes, 0)]]
-        return downward(largest, n, lambda mask: self._best_command(mask, least))
+        return downward(largest, self._fingers, lambda mask: self._best_command(mask, least))
 
     def _best_command(self, mask: int, least: float) -> ModeDecision | None:
-        f = np.zeros(len(self._hand))
-        end, z, direction, _, _ = decide_cases(
-            self._around, self._tips, self._hand, self._rows, self._f_max, DIRECTIONS,
-            max(least / self._scale, 0.0), -1, mask, f, np.zeros(6),
-        )  # fmt: skip
+        f, below = np.zeros(self._fingers), max(least / self._scale, 0.0)
+        end, z, direction, _, _ = decide_cases(self._cases, below, -1, mask, f, np.zeros(6))
         if end != modes.STABLE or max(z, 0.0) * self._scale < least:
             return None
         return as_decision(end, max(z, 0.0), direction, mask, f.tolist(), self._scale)
@@ -100,20 +86,16 @@ class CaseAlternatives:
         self, chosen: tuple[ControlMode, ...], f_com: Array
     ) -> tuple[float, float, Array] | None:
         """Return (z, c, slopes) of the worst case, as ``Alternatives.at``."""
-        mask, n = as_mask(chosen), len(self._hand)
+        mask, n = as_mask(chosen), self._fingers
         force, f, worst = np.zeros(n, dtype=np.bool_), np.zeros(n), None
         force_control(mask, force)
-        limits = self._f_max[self._hand]
         for case in range(count_of(self._cases)):
             if not matters(self._cases, case, mask):
                 continue
-            env, load, tip, error = parts_of(self._cases, case)
+            error = parts_of(self._cases, case)[-1]
             press, slopes = self._cases.press[error][force], np.zeros(len(f_com))
-            f[force] = np.minimum(f_com / self._scale * press, limits[force])
-            end, z, c = commanded_margin(
-                self._cases.envs[env], self._cases.loads[load], self._cases.tips[tip], limits,
-                force, f, slopes,
-            )  # fmt: skip
+            f[force] = np.minimum(f_com / self._scale * press, self._cases.f_max[force])
+            end, z, c = commanded_margin(program_of(self._cases, case), force, f, slopes)
             if end != REACHED:
                 return None
             if worst is None or z * self._scale < worst[0]:

@@ -15,10 +15,12 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.certificate import support
-from gm_ompl.mechanics.kelley import FRESH, UNUSED
-from gm_ompl.mechanics.resistance import Resistance, new_resistance
-from gm_ompl.mechanics.sides import refactor, width
-from gm_ompl.mechanics.stability import fill, run_pass
+from gm_ompl.mechanics.program import Program
+from gm_ompl.mechanics.sides import refactor
+from gm_ompl.mechanics.simplex import Target
+from gm_ompl.mechanics.stability import run_pass
+from gm_ompl.mechanics.tau import UNUSED, Work, fill, new_work, taken
+from gm_ompl.mechanics.trials import FRESH
 
 
 class Cases(NamedTuple):
@@ -29,40 +31,36 @@ class Cases(NamedTuple):
         loads: (D, 6).
         tips: (S, n, s, 6), the fingers' columns at their lowest friction.
         press: (E, n), what a command of 1 presses with; E is 2^n, bit i is finger i's error.
+        f_max: (n,).
+        L: (76, 6), the directions.
+        around: (e', 6), the environment's columns of all worlds, with which (5) is asked.
+        squeeze: (n, s', 6), the fingers', likewise.
     """
 
     envs: Array
     loads: Array
     tips: Array
     press: Array
+    f_max: Array
+    L: Array
+    around: Array
+    squeeze: Array
 
 
 class Pad(NamedTuple):
     """Tableaus of the cases that share columns, kept from pass to pass.
 
     Attributes:
-        raw: (m, N), columns.
-        T: (R, m, W), tableaus.
-        d: (R, W), reduced costs.
-        basis: (R, m).
-        tau: (R, m), the raw tau column of the last pass.
+        work: R tableaus: a row for each choice of the environment's columns.
         tips: (R,), which fingertip columns the tableau has.
         passes: (R,), how often it was used.
-        change: (m,), what is added to the tau column.
-        y: (m,), duals.
-        found: what resists each direction.
+        last: (rows,), the case in which the last trial failed.
     """
 
-    raw: Array
-    T: Array
-    d: Array
-    basis: IntArray
-    tau: Array
+    work: Work
     tips: IntArray
     passes: IntArray
-    change: Array
-    y: Array
-    found: Resistance
+    last: IntArray
 
 
 @compiled
@@ -70,13 +68,10 @@ def new_pad(rows: int, cases: Cases) -> Pad:
     """Return unused tableaus, ``rows`` for each choice of the environment's columns."""
     V, e, _ = cases.envs.shape
     _, n, s, _ = cases.tips.shape
-    m, N, R = 6 + n, 1 + e + n * s + n, rows * V
-    W = width(m, N)
-    basis = np.full((R, m), UNUSED, dtype=np.int64)
+    R = rows * V
     return Pad(
-        np.empty((m, N)), np.empty((R, m, W)), np.empty((R, W)), basis, np.zeros((R, m)),
-        np.full(R, -1, dtype=np.int64), np.zeros(R, dtype=np.int64), np.empty(m), np.zeros(m),
-        new_resistance(m),
+        new_work(R, n, e, s), np.full(R, -1, dtype=np.int64), np.zeros(R, dtype=np.int64),
+        np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -101,53 +96,46 @@ def matters(cases: Cases, c: int, mask: int) -> bool:
 
 
 @compiled
+def program_of(cases: Cases, c: int) -> Program:
+    """Return the data of case ``c``."""
+    env, load, tip, _ = parts_of(cases, c)
+    return Program(cases.envs[env], cases.loads[load], cases.tips[tip], cases.f_max, cases.L)
+
+
+@compiled
 def try_case(
-    cases: Cases, c: int, row: int, f_max: Array, force: BoolArray, commands: Array, L: Array,
-    limit: float, enough: float, patience: int, pad: Pad,
-) -> tuple[int, int, float, float]:  # fmt: skip
+    cases: Cases, c: int, row: int, force: BoolArray, commands: Array, target: Target, pad: Pad
+) -> tuple[int, int, float, float]:
     """Search the directions in case ``c`` for given commands (n,), as ``run_pass`` does.
 
     Args:
         cases: the family.
         c: the case.
         row: which of the pad's rows to use.
-        f_max: (n,).
         force: (n,), who is force-controlled.
         commands: (n,), where force-controlled.
-        L: (76, 6), the directions.
-        limit: see ``search_directions``.
-        enough: likewise.
-        patience: likewise.
+        target: where to stop.
         pad: output: the tableau, duals, and what resists each direction.
     """
-    env, load, tip, error = parts_of(cases, c)
-    k, n = row * len(cases.envs) + env, len(f_max)
-    pressed = np.empty(n)
-    for i in range(n):
-        pressed[i] = min(commands[i] * cases.press[error, i], f_max[i]) if force[i] else f_max[i]
-    raw, basis = pad.raw, pad.basis[k]
-    cost = fill(cases.envs[env], cases.loads[load], cases.tips[tip], f_max, force, pressed, raw)
-    warm = basis[0] != UNUSED and pad.tips[k] == tip
+    env, _, tip, error = parts_of(cases, c)
+    k, f_max, work = row * len(cases.envs) + env, cases.f_max, pad.work
+    pressed = f_max.copy()
+    for i in range(len(f_max)):
+        if force[i]:
+            pressed[i] = min(commands[i] * cases.press[error, i], f_max[i])
+    cost = fill(program_of(cases, c), force, pressed, work.raw)
+    tableau = taken(work, k)
+    warm = tableau.basis[0] != UNUSED and pad.tips[k] == tip
     if warm and pad.passes[k] % FRESH == 0:
-        refactor(raw, cost, L, pad.T[k], pad.d[k], basis, len(raw), raw.shape[1])
-        pad.change[:] = 0.0
-    else:
-        for r in range(len(raw)):
-            pad.change[r] = raw[r, 0] - pad.tau[k, r]
-    for r in range(len(raw)):
-        pad.tau[k, r] = raw[r, 0]
+        refactor(work.raw, cost, cases.L, tableau.T, tableau.d, tableau.basis)
+        work.change[:] = 0.0
     pad.tips[k] = tip
     pad.passes[k] += 1
-    return run_pass(
-        raw, cost, L, pad.T[k], pad.d[k], basis, pad.change, warm, limit, enough, patience, pad.y,
-        pad.found,
-    )  # fmt: skip
+    return run_pass(tableau, cost, cases.L, work.change, warm, target)
 
 
 @compiled
-def case_cut(
-    cases: Cases, c: int, f_max: Array, force: BoolArray, y: Array, slopes: Array
-) -> float:
+def case_cut(cases: Cases, c: int, force: BoolArray, y: Array, slopes: Array) -> float:
     """Return the constant of the cut h z <= c + slopes . f_com that y gives in case ``c``.
 
     ``slopes`` gets one entry per force-controlled finger.
@@ -156,28 +144,26 @@ def case_cut(
     constant, j = 0.0, 0
     for t in range(6):
         constant += cases.loads[load, t] * y[t]
-    for i in range(len(f_max)):
+    for i in range(len(force)):
         sigma = support(cases.tips[tip], i, y)
         if force[i]:
             slopes[j] = sigma * cases.press[error, i]
             j += 1
         else:
-            constant += f_max[i] * max(0.0, sigma)
+            constant += cases.f_max[i] * max(0.0, sigma)
     return constant
 
 
 @compiled
 def look_at(
-    cases: Cases, like: int, mask: int, f_max: Array, force: BoolArray, y: Array, trial: Array,
-    scores: Array,
-) -> tuple[int, float]:  # fmt: skip
+    cases: Cases, like: int, mask: int, force: BoolArray, y: Array, trial: Array, scores: Array
+) -> tuple[int, float]:
     """Bound h z at a trial f_com in every case by one wrench y.
 
     Args:
         cases: the family.
         like: a case whose environment's cone has y in its polar.
         mask: who is position-controlled, as bits.
-        f_max: (n,).
         force: (n,), the others.
         y: (6,).
         trial: (number of force-controlled fingers,).
@@ -187,11 +173,11 @@ def look_at(
         The case with the least bound among those with the same cone, where it is proven, and that.
     """
     env, _, _, _ = parts_of(cases, like)
-    worst, least, slopes = like, np.inf, np.empty(len(f_max))
+    worst, least, slopes = like, np.inf, np.empty(len(force))
     for c in range(count_of(cases)):
         if not matters(cases, c, mask):
             continue
-        bound = case_cut(cases, c, f_max, force, y, slopes)
+        bound = case_cut(cases, c, force, y, slopes)
         for j in range(len(trial)):
             bound += slopes[j] * trial[j]
         scores[c] = min(scores[c], bound)

@@ -13,7 +13,9 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.cell_cuts import CellBoxes
-from gm_ompl.mechanics.stability import BELOW, REACHED, new_tableau, position_margin
+from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.stability import BELOW, REACHED, position_margin
+from gm_ompl.mechanics.tau import new_tableau
 
 
 @compiled
@@ -65,23 +67,16 @@ def corner_points(planes: Array, cells: IntArray, boxes: CellBoxes) -> Array:
 
 
 @compiled
-def cell_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, w: Array,
-    margin: float, y: Array,
-) -> float:  # fmt: skip
+def cell_margin(program: Program, separation: Separation, below: float, y: Array) -> float:
     """Return an upper bound on z for all points of a product of cells; -inf: no equilibrium.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (k, c, 6), each finger's columns at all corners of its cell.
-        f_max: (k,), over force_scale.
-        L: (76, 6), the directions.
+        program: what acts; ``tips`` (k, c, 6) are each finger's columns at all corners of its cell.
+        separation: of the environment's columns.
         below: where z is proven smaller than this, any such bound will do.
-        w: (6,), a wrench that separates the environment's columns, with its
-        margin: see ``certificate.into_polar``.
         y: output (6,), the wrench of the cut that proves it; zero where nothing does.
     """
-    tableau = new_tableau(len(tips), len(env), tips.shape[1])
-    end, z, _ = position_margin(env, q, tips, f_max, L, below, True, tableau, w, margin, y)
+    n, s = program.tips.shape[0], program.tips.shape[1]
+    tableau = new_tableau(n, len(program.env), s)
+    end, z, _ = position_margin(program, separation, below, True, tableau, y)
     return z if end in (BELOW, REACHED) else np.inf

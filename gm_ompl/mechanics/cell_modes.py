@@ -17,9 +17,11 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.commands import best_commands
-from gm_ompl.mechanics.kelley import UNUSED
+from gm_ompl.mechanics.kelley import mode_sets
 from gm_ompl.mechanics.modes import preference
-from gm_ompl.mechanics.stability import BELOW, REACHED, new_tableau
+from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.stability import BELOW, REACHED
+from gm_ompl.mechanics.tau import new_tableau
 
 INSIDE: Final = 1e-6
 """Sine of the least angle between a line and a cone's sides for it to count as inside."""
@@ -95,29 +97,18 @@ def largest_sets(n: int, pairs: int) -> IntArray:
 
 @compiled
 def mode_margin(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, w: Array,
-    margin: float, masks: IntArray, first: Array,
-) -> float:  # fmt: skip
+    program: Program, separation: Separation, below: float, masks: IntArray, first: Array
+) -> float:
     """Return an upper bound on z for all points of a product of cells under some sets of modes.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (k, c, 6), each finger's columns at all corners of its cell.
-        f_max: (k,), over force_scale.
-        L: (76, 6), the directions.
+        program: what acts; ``tips`` (k, c, 6) are each finger's columns at all corners of its cell.
+        separation: of the environment's columns.
         below: where z is proven smaller than this, any such bound will do.
-        w: (6,), a wrench that separates the environment's columns, with its
-        margin: see ``certificate.into_polar``.
         masks: (sets,), position-controlled fingers as bits; none holds all fingers.
         first: (6,), a wrench whose cut may help, or zero.
     """
-    sets, n = len(masks), len(tips)
-    seed = new_tableau(n, len(env), tips.shape[1])
-    seed.basis[0] = UNUSED
-    zs, limiting = np.empty(sets), np.empty(sets, dtype=np.int64)
-    end, bound = best_commands(
-        env, q, tips, f_max, L, below, masks, first, w, margin, seed, NO_RECORD, zs, limiting,
-        np.empty((sets, n)),
-    )  # fmt: skip
+    n, s = program.tips.shape[0], program.tips.shape[1]
+    seed, sets = new_tableau(n, len(program.env), s), mode_sets(masks, n)
+    end, bound = best_commands(program, separation, below, sets, first, seed, NO_RECORD)
     return max(bound, 0.0) if end in (BELOW, REACHED) else np.inf

@@ -20,6 +20,7 @@ from gm_ompl.mechanics.equilibrium import balance
 from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.master import best_command
 from gm_ompl.mechanics.modes import STABLE
+from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.mechanics.stability import FAILED, REACHED, cut
 
 FLAT = 1e-7
@@ -33,23 +34,17 @@ Answer: TypeAlias = tuple[int, float, int, int]
 
 @compiled
 def largest_cube(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, w: Array,
-    margin: float, centre: Array,
-) -> float:  # fmt: skip
+    program: Program, separation: Separation, force: BoolArray, centre: Array
+) -> float:
     """Return half a side of the largest cube of commands with equilibrium, -1 where none is found.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale.
+        program: what is in equilibrium.
+        separation: of the environment's columns.
         force: (n,), whose commands these are; the other fingers press as they like.
-        L: (76, 6), the directions.
-        w: (6,), a wrench that separates the environment's columns, with its
-        margin: see ``into_polar``.
         centre: output (n,): the cube's centre, f_max where ``force`` is not set.
     """
-    hand, nf = np.flatnonzero(force), int(force.sum())
+    hand, nf, f_max = np.flatnonzero(force), int(force.sum()), program.f_max
     h, c, slopes = np.ones(MAX_CUTS), np.empty(MAX_CUTS), np.zeros((MAX_CUTS, nf))
     caps, trial, y, f = f_max[hand], np.zeros(nf), np.zeros(6), np.empty(len(f_max))
     which, weights = np.empty(1 + nf, dtype=np.int64), np.empty(1 + nf)
@@ -58,19 +53,19 @@ def largest_cube(
         c[2 * j + 1], slopes[2 * j + 1, j] = caps[j], -1.0
     K = 2 * nf
     while True:
-        half = max(best_command(h, c, slopes, K, caps, nf, trial, which, weights), 0.0)
+        half = max(best_command(h[:K], c[:K], slopes[:K], caps, trial, which, weights), 0.0)
         before = K
         for corner in range(1 << nf if half > 0.0 else 1):
             centre[:] = f_max
             for j in range(nf):
                 sign = 1.0 if (corner >> j) & 1 else -1.0
                 centre[hand[j]] = min(max(trial[j] + sign * half, 0.0), caps[j])
-            end = balance(env, q, tips, f_max, force, centre, L, w, margin, y, f)
+            end = balance(program, separation, force, centre, y, f)
             if end == REACHED:
                 continue
             if end == FAILED or K == MAX_CUTS:
                 return -1.0
-            c[K] = cut(q, tips, f_max, force, y, slopes[K])
+            c[K] = cut(program, force, y, slopes[K])
             size = np.abs(slopes[K]).sum()
             if not size > 0.0:
                 return -1.0
@@ -84,45 +79,41 @@ def largest_cube(
 
 
 @compiled
-def central_command(
-    env: Array, q: Array, tips: Array, f_max: Array, mask: int, L: Array, f: Array
-) -> None:
+def central_command(program: Program, mask: int, f: Array) -> None:
     """Write the central commands over any others with equilibrium, f (n,); see the top.
 
     ``mask`` holds the position-controlled fingers as bits. Where no cube is found f stays.
     """
-    n, flat = len(f_max), FLAT * max(1.0, float(f_max.max()))
+    n, flat = len(f), FLAT * max(1.0, float(program.f_max.max()))
     force, chosen = np.empty(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
-    w, y, centre, best = np.zeros(6), np.zeros(6), np.empty(n), f_max.copy()
+    y, centre, best = np.zeros(6), np.empty(n), program.f_max.copy()
     force_control(mask, force)
-    margin = separates_environment(env, w)
-    if largest_cube(env, q, tips, f_max, force, L, w, margin, centre) > flat:
+    separation = separates_environment(program.env)
+    if largest_cube(program, separation, force, centre) > flat:
         best[:], chosen[:] = centre, force
     elif force.sum() > 1:
         for i in range(n):
             if force[i]:
                 chosen[i] = True
-                free = largest_cube(env, q, tips, f_max, chosen, L, w, margin, centre) > flat
+                free = largest_cube(program, separation, chosen, centre) > flat
                 chosen[i] = free
                 if free:
                     best[:] = centre
     if not chosen.any():
         return
-    if balance(env, q, tips, f_max, chosen, best, L, w, margin, y, centre) != REACHED:
+    if balance(program, separation, chosen, best, y, centre) != REACHED:
         return
     for i in range(n):
         best[i] = best[i] if chosen[i] else centre[i]
-    if balance(env, q, tips, f_max, force, best, L, w, margin, y, centre) == REACHED:
+    if balance(program, separation, force, best, y, centre) == REACHED:
         f[:] = best
 
 
-def settle_commands(
-    env: Array, q: Array, tips: Array, f_max: Array, answer: Answer, L: Array, f: Array
-) -> None:
+def settle_commands(program: Program, answer: Answer, f: Array) -> None:
     """Write f_com (n,) anew where an answer of ``modes.decide`` leaves it free.
 
     That is with some force control at z = 0.
     """
     end, z, _, mask = answer
-    if end == STABLE and z == 0.0 and mask != (1 << len(f_max)) - 1:
-        central_command(env, q, tips, f_max, mask, L, f)
+    if end == STABLE and z == 0.0 and mask != (1 << len(f)) - 1:
+        central_command(program, mask, f)

@@ -20,6 +20,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.internal_force import PASSES, separate
+from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.mechanics.resistance import Resistance, written_out
 from gm_ompl.mechanics.sides import SIDES
 
@@ -97,15 +98,15 @@ def support(tips: Array, i: int, y: Array) -> float:
 
 
 @compiled
-def into_polar(env: Array, w: Array, margin: float, y: Array) -> bool:
+def into_polar(env: Array, separation: Separation, y: Array) -> bool:
     """Move ``y`` into the polar of the environment's cone; False where that cannot be done.
 
     Args:
         env: (e, 6), columns as rows, of norm 1 at least.
-        w: (6,), a wrench with w . a >= margin |a| for all of them.
-        margin: positive, or anything else where ``w`` is not known.
+        separation: of these columns.
         y: (6,), changed where some a . y > 0.
     """
+    w, margin = separation
     worst = 0.0
     for j in range(len(env)):
         dot = 0.0
@@ -121,12 +122,9 @@ def into_polar(env: Array, w: Array, margin: float, y: Array) -> bool:
 
 
 @compiled
-def separates_environment(env: Array, w: Array) -> float:
-    """Write a wrench (6,) that separates the environment's columns; return its margin, 0 for none.
-
-    See ``into_polar``.
-    """
-    P = np.empty((len(env), 6))
+def separates_environment(env: Array) -> Separation:
+    """Return a wrench that separates the environment's columns (e, 6); the margin is 0 for none."""
+    P, w = np.empty((len(env), 6)), np.empty(6)
     for j in range(len(env)):
         square = 0.0
         for t in range(6):
@@ -134,15 +132,16 @@ def separates_environment(env: Array, w: Array) -> float:
         for t in range(6):
             P[j, t] = env[j, t] / np.sqrt(square)
     end, margin = separate(P, len(env), w)
-    return margin if end == PASSES else 0.0
+    return Separation(w, margin if end == PASSES else 0.0)
 
 
 @compiled
-def upper_bound(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, Y: Array) -> float:
+def upper_bound(program: Program, force: BoolArray, Y: Array) -> float:
     """Return the bound U on z for every f_com, from wrenches Y (K, 6) in the polar; see the top.
 
     Their weights are their lengths. +inf where they bound nothing.
     """
+    _, q, tips, f_max, L = program
     constant, h = 0.0, 0.0
     for k in range(len(Y)):
         h += reach(L, Y[k])
@@ -158,15 +157,15 @@ def upper_bound(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array,
 
 
 @compiled
-def unattained(q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, y: Array) -> float:
+def unattained(program: Program, force: BoolArray, y: Array) -> float:
     """Return by how much at least any forces miss equilibrium, as y (6,) in the polar proves."""
     square = 0.0
     for t in range(6):
         square += y[t] * y[t]
     if not square > 0.0:
         return 0.0
-    bound = upper_bound(q, tips, f_max, force, L, y.reshape(1, 6))
-    return -bound * reach(L, y) / np.sqrt(square)
+    bound = upper_bound(program, force, y.reshape(1, 6))
+    return -bound * reach(program.L, y) / np.sqrt(square)
 
 
 @compiled

@@ -21,31 +21,23 @@ from gm_ompl.mechanics.certificate import (
     write_down,
 )
 from gm_ompl.mechanics.kelley import (
-    GAP,
     MAX_CUTS,
     MAX_PASSES,
+    Cuts,
+    ModeSets,
     add_cut,
+    cuts_off,
+    force_control,
     heed,
-    new_work,
     no_cuts,
-    plant,
-    take_up,
-    tightest,
-    try_command,
+    settle,
 )
-from gm_ompl.mechanics.resistance import new_resistance
-from gm_ompl.mechanics.sides import SIDES
-from gm_ompl.mechanics.simplex import SOLVED, TROUBLE
-from gm_ompl.mechanics.stability import (
-    BELOW,
-    FAILED,
-    REACHED,
-    UNBOUNDED,
-    Tableau,
-    fill,
-    run_pass,
-)
+from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.simplex import SOLVED, TROUBLE, Target
+from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, UNBOUNDED, run_pass
 from gm_ompl.mechanics.tableau import CAREFUL, FEASIBLE, NEVER
+from gm_ompl.mechanics.tau import Tableau, fill, new_tableau, new_work
+from gm_ompl.mechanics.trials import plant, take_up, try_command
 
 ZERO = 1e-10
 """z up to this (over force_scale) is no margin at all."""
@@ -62,56 +54,71 @@ def _among(value: int, chosen: IntArray, count: int) -> bool:
     return found
 
 
+@compiled
+def _last_met(cuts: Cuts, most: int, chosen: IntArray) -> int:
+    """Write the last directions met, each once, the ``most`` at most; return how many."""
+    count = 0 * most
+    for k in range(cuts.filled[0] - 1, -1, -1):
+        if count < most and not _among(cuts.met[k], chosen, count):
+            chosen[count] = cuts.met[k]
+            count += 1
+    return count
+
+
+@compiled
+def _joined(
+    program: Program, separation: Separation, force: BoolArray, chosen: IntArray,
+    tolerance: float, f: Array, Y: Array,
+) -> tuple[bool, float, float]:  # fmt: skip
+    """Return whether z of the chosen directions is proven, z, and a bound on it by wrenches Y.
+
+    The rest as for ``joint_margin``.
+    """
+    solved, z = joint_margin(program, force, chosen, tolerance, f, Y)
+    for k in range(len(chosen)):
+        solved = solved and into_polar(program.env, separation, Y[k])
+    U = upper_bound(program, force, Y[: len(chosen)]) if solved else np.inf
+    return solved and proven(z, max(U, 0.0)), z, U
+
+
 @inlined
 def _joint(
-    env: Array, q: Array, tips: Array, f_max: Array, force: BoolArray, L: Array, below: float,
-    met: IntArray, w: Array, margin: float, j: int, mask: int, record: Record, f: Array,
+    program: Program, separation: Separation, below: float, j: int, sets: ModeSets, cuts: Cuts,
+    record: Record,
 ) -> tuple[int, float, int, float, float]:  # fmt: skip
     """z where cutting creeps: the last directions met in one program, more as they are violated.
 
     Returns:
         How it ended, z, a direction, and proven bounds on z from below and from above.
     """
-    n, s = len(tips), tips.shape[1]
-    m, N = 6 + n, 1 + len(env) + n * s + n
-    raw, T, d = np.empty((m, N)), np.empty((m, N + m + SIDES)), np.empty(N + m + SIDES)
-    basis, y, found = np.empty(m, dtype=np.int64), np.empty(m), new_resistance(m)
-    chosen, count = np.empty(MAX_BLOCKS, dtype=np.int64), 0 * m
-    Y, tolerance = np.empty((MAX_BLOCKS, 6)), FEASIBLE
-    for K in range(len(met) - 1, -1, -1):
-        if count < 1 + n and not _among(met[K], chosen, count):
-            chosen[count] = met[K]
-            count += 1
+    n, f, mask = len(program.tips), sets.commands[j], sets.masks[j]
+    tableau = new_tableau(n, len(program.env), program.tips.shape[1])
+    force, chosen = np.empty(n, dtype=np.bool_), np.empty(MAX_BLOCKS, dtype=np.int64)
+    Y, tolerance, count = np.empty((MAX_BLOCKS, 6)), FEASIBLE, _last_met(cuts, 1 + n, chosen)
+    force_control(mask, force)
     while True:
-        solved, z = joint_margin(env, q, tips, f_max, force, L, chosen, count, tolerance, f, Y)
-        for k in range(count):
-            solved = solved and into_polar(env, w, margin, Y[k])
-        U = upper_bound(q, tips, f_max, force, L, Y[:count]) if solved else np.inf
-        if not (solved and proven(z, max(U, 0.0))):
-            if tolerance < FEASIBLE:
-                return FAILED, 0.0, -1, 0.0, np.inf
+        sure, z, U = _joined(program, separation, force, chosen[:count], tolerance, f, Y)
+        direction = -1
+        if sure:
+            write_down(record, j, mask, Y[:count], tableau.found, False)
+            if below > 0.0 and z < below:
+                return BELOW, z, chosen[0], 0.0, U
+            if z <= ZERO:
+                return REACHED, 0.0, chosen[0], 0.0, U
+            limit = (1.0 + 1e-9) / z
+            cost, target = fill(program, force, f, tableau.raw), Target(limit, limit, NEVER)
+            end, direction, _, v = run_pass(tableau, cost, program.L, tableau.y, False, target)
+            if end == SOLVED:
+                write_down(record, j, mask, Y[:count], tableau.found, True)
+                return REACHED, z, direction, v, U
+            sure = end != TROUBLE and count < MAX_BLOCKS and not _among(direction, chosen, count)
+        if sure:
+            chosen[count] = direction
+            count += 1
+        elif tolerance < FEASIBLE:
+            return FAILED, 0.0, direction, 0.0, U
+        else:
             tolerance = CAREFUL
-            continue
-        write_down(record, j, mask, Y[:count], found, False)
-        if below > 0.0 and z < below:
-            return BELOW, z, chosen[0], 0.0, U
-        if z <= ZERO:
-            return REACHED, 0.0, chosen[0], 0.0, U
-        cost = fill(env, q, tips, f_max, force, f, raw)
-        limit = (1.0 + 1e-9) / z
-        end, direction, _, v = run_pass(
-            raw, cost, L, T, d, basis, y, False, limit, limit, NEVER, y, found
-        )
-        if end == SOLVED:
-            write_down(record, j, mask, Y[:count], found, True)
-            return REACHED, z, direction, v, U
-        if end == TROUBLE or count == MAX_BLOCKS or _among(direction, chosen, count):
-            if tolerance < FEASIBLE:
-                return FAILED, 0.0, direction, 0.0, U
-            tolerance = CAREFUL
-            continue
-        chosen[count] = direction
-        count += 1
 
 
 @compiled
@@ -136,97 +143,88 @@ def next_set(zs: Array, bounds: Array, below: float) -> int:
 
 @inlined
 def best_commands(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float, masks: IntArray,
-    first: Array, w: Array, margin: float, seed: Tableau, record: Record, zs: Array,
-    limiting: IntArray, commands: Array,
+    program: Program, separation: Separation, below: float, sets: ModeSets, first: Array,
+    seed: Tableau, record: Record,
 ) -> tuple[int, float]:  # fmt: skip
     """Find the largest z among sets of modes, each with at least one force-controlled finger.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,), over force_scale.
-        L: (76, 6), the directions.
+        program: whose z.
+        separation: of the environment's columns.
         below: a threshold; where all z are proven smaller, stop.
-        masks: (sets,), position-controlled fingers as bits, in order of preference.
+        sets: output, with their masks.
         first: (6,), a wrench in the polar of the environment's cone whose cut may help, or zero.
-        w: (6,), a wrench that separates the environment's columns, with its
-        margin: see ``into_polar``.
         seed: the tableau of position control of all fingers, where passes begin, or UNUSED.
         record: output, see ``Record``.
-        zs: output (sets,): z where it may be the largest or tie with it, else -1.
-        limiting: output (sets,): the directions that limit z.
-        commands: output (sets, n): f_com; f_max under position control.
 
     Returns:
         REACHED (some z is at least ``below``), BELOW, UNBOUNDED or FAILED, with an upper bound on
         all z. REACHED and BELOW are proven.
     """
-    sets, n, top = len(masks), len(tips), -1.0
-    work, cuts = new_work(sets, n, len(env), tips.shape[1]), no_cuts(f_max, masks, zs, commands)
-    force, caps, K = np.empty(n, dtype=np.bool_), np.empty(n), 0
+    n, masks, zs, f_max = len(program.tips), sets.masks, sets.zs, program.f_max
+    work = new_work(len(masks), n, len(program.env), program.tips.shape[1])
+    force, caps, cuts = np.empty(n, dtype=np.bool_), np.empty(n), no_cuts(MAX_CUTS, f_max, sets)
     plant(seed, masks, work)
-    if add_cut(env, q, tips, f_max, masks, force, L, w, margin, first, cuts, 0):
-        K = 1
+    add_cut(program, separation, first, masks, cuts)
     while True:
         j = next_set(zs, cuts.bounds, below)
-        if j == sets:
+        if j == len(masks):
             break
-        nf = take_up(j, masks[j], f_max, force, cuts.trials, commands, caps)
-        if cuts.heeded[j] < K:
-            z = heed(q, tips, f_max, force, L, caps[:nf], j, K, cuts)
-            if z <= ZERO and proven(0.0, max(cuts.proven[j], 0.0)):
-                zs[j], cuts.bounds[j], limiting[j], top = 0.0, 0.0, cuts.met[K - 1], max(top, 0.0)
-            elif z <= ZERO:  # rounding: the joint program must tell
-                cuts.passes[j], cuts.bounds[j] = MAX_PASSES, cuts.proven[j]
-        elif cuts.passes[j] == MAX_PASSES or K == MAX_CUTS:
-            end, cuts.bounds[j], limiting[j], cuts.held[j], cuts.proven[j] = _joint(
-                env, q, tips, f_max, force, L, max(below, top * (1.0 - 2.0 * TIE)), cuts.met[:K],
-                w, margin, j, masks[j], record, commands[j],
-            )  # fmt: skip
+        nf = take_up(j, f_max, sets, cuts, force, caps)
+        if cuts.heeded[j] < cuts.filled[0]:
+            _heed(program, force, caps[:nf], j, sets, cuts)
+        elif cuts.passes[j] == MAX_PASSES or cuts.filled[0] == MAX_CUTS:
+            least = max(below, zs.max() * (1.0 - 2.0 * TIE))
+            end, cuts.bounds[j], sets.limiting[j], cuts.held[j], cuts.proven[j] = _joint(
+                program, separation, least, j, sets, cuts, record
+            )
             if end == FAILED:
                 return FAILED, np.inf
             if end == REACHED:
-                zs[j], top = cuts.bounds[j], max(top, cuts.bounds[j])
+                zs[j] = cuts.bounds[j]
         else:
-            end = try_command(env, q, tips, f_max, force, L, j, cuts, commands, work)
+            end = try_command(program, force, j, sets.commands[j], cuts, work)
             if end == TROUBLE:
                 return FAILED, np.inf
             if end == SOLVED and cuts.bounds[j] < np.inf:
                 write_down(record, j, masks[j], cuts.proofs[j], work.found, True)
-                z, which = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
-                zs[j] = min(max(z, cuts.held[j]), cuts.proven[j])
-                limiting[j], top = cuts.met[which], max(top, zs[j])
-            elif not add_cut(env, q, tips, f_max, masks, force, L, w, margin, work.y, cuts, K):
+                settle(j, nf, sets, cuts)
+            elif not add_cut(program, separation, work.y, masks, cuts):
                 return UNBOUNDED, np.inf
-            else:
-                K += 1
-                z, _ = tightest(cuts.h, cuts.c[j], cuts.slopes[j], K, cuts.trials[j, :nf])
-                if z > cuts.bounds[j] - GAP * max(cuts.bounds[j], 1e-3):  # it cuts nothing off
-                    cuts.passes[j] = MAX_PASSES
-    for j in range(min(sets, len(record.sets))):
+            elif not cuts_off(j, nf, cuts):
+                cuts.passes[j] = MAX_PASSES
+    for j in range(min(len(masks), len(record.sets))):
         if record.sets[j] < 0:
             write_down(record, j, masks[j], cuts.proofs[j], work.found, False)
-    return all_proven(zs, cuts.proven, cuts.held, top, below)
+    return all_proven(zs, cuts, below)
 
 
 @inlined
-def all_proven(
-    zs: Array, ceilings: Array, held: Array, top: float, below: float
-) -> tuple[int, float]:
+def _heed(
+    program: Program, force: BoolArray, caps: Array, j: int, sets: ModeSets, cuts: Cuts
+) -> None:
+    """Let set j heed all cuts; where they leave it no margin, that may be its z."""
+    z = heed(program, force, caps, j, cuts)
+    if z <= ZERO and proven(0.0, max(cuts.proven[j], 0.0)):
+        sets.zs[j], cuts.bounds[j], sets.limiting[j] = 0.0, 0.0, cuts.met[cuts.filled[0] - 1]
+    elif z <= ZERO:  # rounding: the joint program must tell
+        cuts.passes[j], cuts.bounds[j] = MAX_PASSES, cuts.proven[j]
+
+
+@inlined
+def all_proven(zs: Array, cuts: Cuts, below: float) -> tuple[int, float]:
     """Return how the search over sets ended, if every set is proven to be what it is taken for.
 
-    ``ceilings`` (sets,) bound their z, ``held`` (sets,) is what z is at least at the f_com found.
-    That is: as good as ``top`` within a tie, where it may be chosen; no better, else.
+    That is: as good as the best within a tie, where it may be chosen; no better, else.
     """
+    top = zs.max()
     bound, most = 0.0, top + TIE * top + CLOSE * max(top, LITTLE)
     for j in range(len(zs)):
-        bound = max(bound, ceilings[j])
+        bound = max(bound, cuts.proven[j])
     if top < below:
         return BELOW if bound < below else FAILED, bound
     sure = bound <= most
     for j in range(len(zs)):
         if zs[j] > 0.0 and zs[j] >= top * (1.0 - TIE):
-            sure = sure and proven(held[j], zs[j])
+            sure = sure and proven(cuts.held[j], zs[j])
     return REACHED if sure else FAILED, bound

@@ -49,9 +49,8 @@ class CutTables(NamedTuple):
 
 @inlined
 def write_cut(
-    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, b: int, at: int,
-    terms: Array,
-) -> float:  # fmt: skip
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, terms: Array
+) -> float:
     """Write T_i(g) / h_P(y), (kinds, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
     reach, constant = 0.0, 0.0
@@ -77,15 +76,14 @@ def write_cut(
                 )
                 row[g] = max(row[g], dot)
         for g in range(P):
-            terms[b, i, g, at] = row[g] * f_max[i] / reach
+            terms[i, g] = row[g] * f_max[i] / reach
     return constant / reach
 
 
 @compiled
 def write_cuts(
-    Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array,
-    constants: Array, terms: Array,
-) -> None:  # fmt: skip
+    Q: Array, Y: Array, places: IntArray, L: Array, columns: Array, f_max: Array, cuts: CutTables
+) -> None:
     """Write cuts: c / h_P(y), and T_i(g) / h_P(y) for all kinds of fingers and placements.
 
     Args:
@@ -95,13 +93,12 @@ def write_cuts(
         L: (76, 6), the directions.
         columns: (kinds, s, 6, P), the fingers' columns for unit normal force.
         f_max: (kinds,).
-        constants: output (blocks, BLOCK); +inf where y is no cut: h_P(y) is not positive.
-        terms: output (blocks, kinds, P, BLOCK).
+        cuts: output: constants, +inf where y is no cut as h_P(y) is not positive, and terms.
     """
-    row = np.empty(columns.shape[3])
+    constants, terms, row = cuts.constants, cuts.terms, np.empty(columns.shape[3])
     for k in range(len(places)):
         b, at = places[k, 0], places[k, 1]
-        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, b, at, terms)
+        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, terms[b, :, :, at])
 
 
 @compiled
@@ -203,7 +200,7 @@ class CutPool:
         places = np.array([self._place(state) for state in states])
         write_cuts(
             np.array(Q), np.array(Y), places, self._directions, self._columns, self._f_max,
-            self._tables.constants, self._tables.terms,
+            self._tables,
         )  # fmt: skip
 
     def _place(self, state: int) -> tuple[int, int]:

@@ -170,4 +170,4 @@ def _cancel(rows: Array, count: int) -> bool:
         for k in range(count):
             T[t, k] = rows[k, t]
             b[t] -= rows[k, t]
-    return feasible(T, d, basis, 6, N, W, b, FEASIBLE, np.empty(6), np.empty(6)) == 1
+    return feasible(T, d, basis, b, FEASIBLE, np.empty(6), np.empty(6)) == 1

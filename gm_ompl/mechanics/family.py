@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 from gm_ompl.arrays import Array
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics import columns
+from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.mechanics.robust import Surroundings, Tips
 from gm_ompl.uncertainty.ranges import Uncertainty
 from gm_ompl.uncertainty.worlds import (
@@ -54,6 +55,7 @@ def surroundings(
         around,
         worst_loads(known[key], around),
         np.array(_distinct(np.concatenate(squeeze))).reshape(-1, 6),
+        DIRECTIONS,
     )
 
 
@@ -64,16 +66,19 @@ def _environment(instant: Instant, world: World, U: Array) -> Array:
 
 def hand_tips(
     points: Array, normals: Array, friction: Array, soft: Array, s: int, U: Array,
-    uncertainty: Uncertainty,
+    uncertainty: Uncertainty, *, f_max: Array,
 ) -> Tips:  # fmt: skip
-    """Return what the cases of a hand have; arguments as for ``hand_columns``, and the ranges."""
+    """Return what the cases of a hand have; arguments as for ``hand_columns``, and the ranges.
+
+    ``f_max`` (n,) is over force_scale.
+    """
     width = np.asarray(uncertainty.finger_friction or np.zeros(len(friction)))
     places = [points + _shifted(normals, at) for at in shift_corners(uncertainty.position)]
     low, high = (
         [columns.hand_columns(place, normals, mu, soft, s, U) for place in places]
         for mu in (np.maximum(friction - width, 0.0), friction + width)
     )
-    return Tips(np.array(low), np.concatenate(high, axis=2), uncertainty.command)
+    return Tips(np.array(low), np.concatenate(high, axis=2), f_max, uncertainty.command)
 
 
 def _shifted(normals: Array, at: tuple[float, float]) -> Array:

@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
-from gm_ompl.arrays import Array
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.central import settle_commands
 from gm_ompl.mechanics.certificate import NO_RECORD, Record, record_of
+from gm_ompl.mechanics.program import Program
 
 OUTCOMES = {
     modes.INTERNAL_FORCE: Outcome.INTERNAL_FORCE,
@@ -57,11 +57,8 @@ def _held(mask: int, fingers: int) -> tuple[ControlMode, ...]:
     )
 
 
-def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
-    """Return (env (e, 6), q (6,), tips (n, s, 6), f_max (n,)), forces over force_scale.
-
-    Soft fingers have two columns more than s.
-    """
+def instant_program(instant: Instant) -> Program:
+    """Return an instant's data; soft fingers have two columns more than s."""
     U, s = columns.wrench_norm(instant.mass, instant.inertia), instant.cone_edges
     given = instant.contact_friction
     friction = given if len(given) else float(instant.environment_friction)
@@ -73,19 +70,8 @@ def instant_columns(instant: Instant) -> tuple[Array, Array, Array, Array]:
     tips = columns.hand_columns(
         instant.points[:, None], instant.normals[:, None], instant.friction, instant.soft, s, U
     )
-    return env, q, np.ascontiguousarray(tips[:, 0]), instant.max_normal_force / scale
-
-
-def decide_columns(
-    env: Array, q: Array, tips: Array, f_max: Array, below: float, f_com: Array, y: Array,
-    previous: int = -1, only: int = -1,
-) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4 for a hand given by its columns (n, s, 6); the rest as ``modes.decide``."""
-    everyone, there = np.arange(len(tips)), np.zeros(len(tips), dtype=np.int64)
-    return modes.decide(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, below, previous, only,
-        NO_RECORD, f_com, y,
-    )  # fmt: skip
+    f_max = instant.max_normal_force / scale
+    return Program(env, q, np.ascontiguousarray(tips[:, 0]), f_max, DIRECTIONS)
 
 
 def decide_instant(
@@ -96,13 +82,7 @@ def decide_instant(
     Raises:
         SolverError: the kernel found no proof; the reference may.
     """
-    env, q, tips, f_max = instant_columns(instant)
-    f_com = np.zeros(len(f_max))
-    answer = decide_columns(
-        env, q, tips, f_max, 0.0, f_com, np.zeros(6), previous=as_mask(previous)
-    )
-    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
-    return _in_units(instant, answer, f_com)
+    return _decided(instant, instant_program(instant), as_mask(previous), NO_RECORD)
 
 
 def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
@@ -111,22 +91,18 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
     Raises:
         SolverError: the kernel found no proof; the reference may.
     """
-    env, q, tips, f_max = instant_columns(instant)
-    n = len(f_max)
-    record, f_com = record_of(n, len(env) + n * tips.shape[1]), np.zeros(n)
-    everyone, there = np.arange(n), np.zeros(n, dtype=np.int64)
-    answer = modes.decide(
-        env, q, tips[:, None], everyone, there, f_max, DIRECTIONS, 0.0, -1, -1, record, f_com,
-        np.zeros(6),
-    )  # fmt: skip
-    settle_commands(env, q, tips, f_max, answer, DIRECTIONS, f_com)
-    return _in_units(instant, answer, f_com), record
+    program = instant_program(instant)
+    n, s, _ = program.tips.shape
+    record = record_of(n, len(program.env) + n * s)
+    return _decided(instant, program, -1, record), record
 
 
-def _in_units(instant: Instant, answer: tuple[int, float, int, int], f_com: Array) -> ModeDecision:
-    """Return a kernel answer in the instant's units of force."""
-    end, z, direction, mask = answer
-    decision = as_decision(end, z, direction, mask, f_com.tolist(), instant.force_scale)
+def _decided(instant: Instant, program: Program, previous: int, record: Record) -> ModeDecision:
+    """Decide, in the instant's units of force; ``previous`` is a mask, -1 for none."""
+    f_com = np.zeros(len(program.f_max))
+    answer = modes.decide(program, 0.0, previous, -1, record, f_com, np.zeros(6))
+    settle_commands(program, answer, f_com)
+    decision = as_decision(*answer, f_com.tolist(), instant.force_scale)
     if decision is None:
         raise SolverError("the mechanics kernel found no mode decision that it can prove")
     return decision

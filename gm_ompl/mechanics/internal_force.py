@@ -27,6 +27,53 @@ neither is proven."""
 
 
 @compiled
+def _next_row(Q: Array, R: Array, i: int, x: Array) -> float:
+    """Make row i of Q orthonormal to those before, x (6,) to it; return what x had along it.
+
+    Column i of R gets what the row had along those before, and its length then.
+    """
+    # Twice is enough: orthogonal to working precision even for nearly dependent points.
+    for _ in range(2):
+        for j in range(i):
+            dot = 0.0
+            for t in range(6):
+                dot += Q[j, t] * Q[i, t]
+            R[j, i] += dot
+            for t in range(6):
+                Q[i, t] -= dot * Q[j, t]
+    norm = 0.0
+    for t in range(6):
+        norm += Q[i, t] * Q[i, t]
+    norm = max(np.sqrt(norm), 1e-15)
+    R[i, i] = norm
+    dot = 0.0
+    for t in range(6):
+        Q[i, t] /= norm
+        dot += Q[i, t] * x[t]
+    for t in range(6):
+        x[t] -= dot * Q[i, t]
+    return dot
+
+
+@compiled
+def _straighten(Q: Array, x: Array) -> None:
+    """Make x (6,) a unit vector orthogonal to Q's orthonormal rows."""
+    for _ in range(2):
+        norm = 0.0
+        for t in range(6):
+            norm += x[t] * x[t]
+        norm = max(np.sqrt(norm), 1e-300)
+        for t in range(6):
+            x[t] /= norm
+        for j in range(len(Q)):
+            dot = 0.0
+            for t in range(6):
+                dot += Q[j, t] * x[t]
+            for t in range(6):
+                x[t] -= dot * Q[j, t]
+
+
+@compiled
 def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array, x: Array) -> float:
     """Write the weights (sum 1) of the least-norm point of the affine hull of chosen points.
 
@@ -35,35 +82,13 @@ def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array, x: A
     distance is tiny.
     """
     k = count - 1
-    Q = np.empty((k, 6))
-    R = np.zeros((k, k))
-    rhs = np.empty(k)
+    Q, R, rhs = np.empty((k, 6)), np.zeros((k, k)), np.empty(k)
     for t in range(6):
         x[t] = P[chosen[0], t]
     for i in range(k):
         for t in range(6):
             Q[i, t] = P[chosen[i + 1], t] - P[chosen[0], t]
-        # Twice is enough: orthogonal to working precision even for nearly dependent points.
-        for _ in range(2):
-            for j in range(i):
-                dot = 0.0
-                for t in range(6):
-                    dot += Q[j, t] * Q[i, t]
-                R[j, i] += dot
-                for t in range(6):
-                    Q[i, t] -= dot * Q[j, t]
-        norm = 0.0
-        for t in range(6):
-            norm += Q[i, t] * Q[i, t]
-        norm = max(np.sqrt(norm), 1e-15)
-        R[i, i] = norm
-        dot = 0.0
-        for t in range(6):
-            Q[i, t] /= norm
-            dot += Q[i, t] * x[t]
-        rhs[i] = -dot
-        for t in range(6):
-            x[t] -= dot * Q[i, t]
+        rhs[i] = -_next_row(Q, R, i, x)
     total = 0.0
     for i in range(k - 1, -1, -1):
         value = rhs[i]
@@ -72,19 +97,7 @@ def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array, x: A
         weights[i + 1] = value / R[i, i]
         total += weights[i + 1]
     weights[0] = 1.0 - total
-    for _ in range(2):
-        norm = 0.0
-        for t in range(6):
-            norm += x[t] * x[t]
-        norm = max(np.sqrt(norm), 1e-300)
-        for t in range(6):
-            x[t] /= norm
-        for j in range(k):
-            dot = 0.0
-            for t in range(6):
-                dot += Q[j, t] * x[t]
-            for t in range(6):
-                x[t] -= dot * Q[j, t]
+    _straighten(Q, x)
     distance = 0.0
     for t in range(6):
         distance += x[t] * P[chosen[0], t]

@@ -14,10 +14,9 @@ _MAX_STEPS = 2000
 
 
 @compiled
-def _columns(
-    h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, T: Array, cost: Array
-) -> None:
+def _columns(h: Array, c: Array, s: Array, f_max: Array, T: Array, cost: Array) -> None:
     """Fill the dual program: min c.mu + f_max.nu, h.mu = 1, nu_f - slack_f = sum_j s_jf mu_j."""
+    K, n = len(h), len(f_max)
     for i in range(1 + n):
         for j in range(K + 2 * n + 1):
             T[i, j] = 0.0
@@ -51,20 +50,43 @@ def _bring_in(T: Array, cost: Array, m: int, W: int, r: int, j: int) -> None:
 
 
 @compiled
+def _leaving(T: Array, j: int) -> int:
+    """Return the row to leave where column j enters, -1 for none."""
+    m, N = len(T), T.shape[1] - 1
+    ratio, r = np.inf, -1
+    for i in range(m):
+        if T[i, j] > 1e-12 and T[i, N] / T[i, j] < ratio:
+            ratio, r = T[i, N] / T[i, j], i
+    return r
+
+
+@compiled
+def _entering(cost: Array, bland: bool) -> int:
+    """Return the column to enter, -1 for none: the least reduced cost, or the first below 0."""
+    best, j = -_TOLERANCE, -1
+    for t in range(len(cost) - 1):
+        if cost[t] < best:
+            best, j = cost[t], t
+            if bland:
+                break
+    return j
+
+
+@compiled
 def best_command(
-    h: Array, c: Array, s: Array, K: int, f_max: Array, n: int, f: Array, which: IntArray,
-    weights: Array,
-) -> float:  # fmt: skip
-    """Return the largest z under K cuts and write the f (n,) that reaches it.
+    h: Array, c: Array, s: Array, f_max: Array, f: Array, which: IntArray, weights: Array
+) -> float:
+    """Return the largest z under cuts (K,), s (K, n), and write the f (n,) that reaches it.
 
     Solved by the primal simplex on the dual program, which has only 1 + n rows; f and z are its
     multipliers, read from the reduced costs of nu and its slack. Its variables are the weights of
     the cuts that prove z: ``which`` (1 + n,) gets those cuts, -1 for none, and ``weights`` theirs.
     """
+    K, n = len(h), len(f_max)
     m, N = 1 + n, K + 2 * n
     W = N + 1
     T, cost = np.zeros((m, W)), np.zeros(W)
-    _columns(h, c, s, K, f_max, n, T, cost)
+    _columns(h, c, s, f_max, T, cost)
     first = 0
     for j in range(K):
         if c[j] * h[first] < c[first] * h[j]:
@@ -75,19 +97,8 @@ def best_command(
         which[1 + i] = K + i if s[first, i] >= 0.0 else K + n + i
         _bring_in(T, cost, m, W, 1 + i, which[1 + i])
     for step in range(_MAX_STEPS):
-        bland = step > _DANTZIG_STEPS
-        best, j = -_TOLERANCE, -1
-        for t in range(N):
-            if cost[t] < best:
-                best, j = cost[t], t
-                if bland:
-                    break
-        if j < 0:
-            break
-        ratio, r = np.inf, -1
-        for i in range(m):
-            if T[i, j] > 1e-12 and T[i, N] / T[i, j] < ratio:
-                ratio, r = T[i, N] / T[i, j], i
+        j = _entering(cost, step > _DANTZIG_STEPS)
+        r = _leaving(T, j) if j >= 0 else -1
         if r < 0:
             break
         _bring_in(T, cost, m, W, r, j)

@@ -17,14 +17,10 @@ from gm_ompl.mechanics.certificate import Record, separates_environment, write_d
 from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.equilibrium import equilibrium
 from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
-from gm_ompl.mechanics.kelley import UNUSED
-from gm_ompl.mechanics.stability import (
-    BELOW,
-    REACHED,
-    Tableau,
-    new_tableau,
-    position_margin,
-)
+from gm_ompl.mechanics.kelley import ModeSets, mode_sets
+from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, position_margin
+from gm_ompl.mechanics.tau import UNUSED, Tableau, new_tableau
 
 STABLE, INTERNAL_FORCE, NO_EQUILIBRIUM, UNDER, UNPROVEN = 0, 1, 2, 3, 4
 """Ends of a decision, all proven but the last: UNDER: z is smaller than the threshold, and a bound
@@ -32,18 +28,15 @@ is returned; UNPROVEN: no answer came with a proof."""
 
 
 @compiled
-def at_placements(
-    table: Array, hand: IntArray, rows: IntArray, f_max: Array
-) -> tuple[Array, Array]:
-    """Return a hand's columns (k, s, 6) at its placements, and its limits (k,)."""
+def at_placements(table: Array, hand: IntArray, rows: IntArray) -> Array:
+    """Return a hand's columns (k, s, 6) at its placements, of a table (n, P, s, 6)."""
     s = table.shape[2]
-    tips, limits = np.empty((len(hand), s, 6)), np.empty(len(hand))
+    tips = np.empty((len(hand), s, 6))
     for i in range(len(hand)):
-        limits[i] = f_max[hand[i]]
         for k in range(s):
             for t in range(6):
                 tips[i, k, t] = table[hand[i], rows[i], k, t]
-    return tips, limits
+    return tips
 
 
 @compiled
@@ -96,8 +89,8 @@ def preference(n: int, previous: int) -> IntArray:
 
 @compiled
 def passing_sets(
-    env: Array, tips: Array, previous: int, not_all: bool, passed: IntArray, w: Array
-) -> tuple[int, float]:
+    env: Array, tips: Array, previous: int, not_all: bool, passed: IntArray
+) -> tuple[int, Separation]:
     """Write the largest sets that pass Problem (5), preferred first; return their number.
 
     Args:
@@ -106,16 +99,14 @@ def passing_sets(
         previous: mask of the previous segment, preferred among equals; -1 for none.
         not_all: all fingers together are known not to pass.
         passed: output (sets,).
-        w: output (6,), a wrench that separates the columns of one of these sets, the environment's
-            among them.
 
     Returns:
-        How many pass, -1 where Problem (5) is too close to call for some set; and the margin by
-        which ``w`` separates, see ``into_polar``.
+        How many pass, -1 where Problem (5) is too close to call for some set; and a separation of
+        the columns of one of these sets, the environment's among them.
     """
     n = len(tips)
     order = preference(n, previous)
-    P, x = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6)
+    P, x, w = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6), np.zeros(6)
     passes, widest = 0, 0.0
     for mask in order:
         covered = not_all and mask == (1 << n) - 1
@@ -125,7 +116,7 @@ def passing_sets(
             continue
         end, margin = separate(P, unit_columns(env, tips, mask, P), x)
         if end == MARGINAL:
-            return -1, 0.0
+            return -1, Separation(w, 0.0)
         if end == FAILS:
             continue
         passed[passes] = mask
@@ -134,52 +125,59 @@ def passing_sets(
             widest = margin
             for t in range(6):
                 w[t] = x[t]
-    return passes, widest
+    return passes, Separation(w, widest)
 
 
-@inlined
-def _best_set(
-    env: Array, q: Array, tips: Array, f_max: Array, L: Array, below: float,
-    passed: IntArray, first: Array, w: Array, margin: float, seed: Tableau, record: Record,
-    f_com: Array,
-) -> tuple[int, float, int, int]:  # fmt: skip
-    """Return (end, z or its bound, direction, mask) of the best of the passing sets."""
-    count = len(passed)
-    zs, limiting = np.empty(count), np.empty(count, dtype=np.int64)
-    commands = np.empty((count, len(tips)))
-    end, bound = best_commands(
-        env, q, tips, f_max, L, below, passed, first, w, margin, seed, record, zs,
-        limiting, commands,
-    )  # fmt: skip
+@compiled
+def ask_squeeze(env: Array, tips: Array, mask: int) -> tuple[int, Separation]:
+    """Ask Problem (5) of a set; the separation is of its columns, or of the environment's alone."""
+    P, w = np.empty((len(env) + len(tips) * tips.shape[1], 6)), np.empty(6)
+    end, margin = separate(P, unit_columns(env, tips, mask, P), w)
+    return end, separates_environment(env) if end == FAILS else Separation(w, margin)
+
+
+@compiled
+def chosen(end: int, bound: float, sets: ModeSets, f_com: Array) -> tuple[int, float, int, int]:
+    """Return (end, z or its bound, direction, mask) of the best of sets; write its f_com (n,).
+
+    ``end`` and ``bound`` are what ``best_commands`` returned.
+    """
     if end == BELOW:
         return UNDER, max(bound, 0.0), -1, 0
     if end == REACHED:
-        top = 0.0
-        for j in range(count):
-            top = max(top, zs[j])
-        for j in range(count):
-            if zs[j] >= top * (1.0 - TIE):
+        top = sets.zs.max()
+        for j in range(len(sets.zs)):
+            if sets.zs[j] >= top * (1.0 - TIE):
                 for i in range(len(f_com)):
-                    f_com[i] = commands[j, i]
-                return STABLE, zs[j], limiting[j], passed[j]
+                    f_com[i] = sets.commands[j, i]
+                return STABLE, sets.zs[j], sets.limiting[j], sets.masks[j]
     return UNPROVEN, np.inf, -1, 0
+
+
+@inlined
+def _commanded(
+    program: Program, separation: Separation, below: float, sets: ModeSets, first: Array,
+    seed: Tableau, record: Record,
+) -> tuple[int, float]:  # fmt: skip
+    """Do as ``best_commands``, a second time without what position control has left."""
+    end, bound = FAILED, np.inf
+    for _ in range(2):
+        end, bound = best_commands(program, separation, below, sets, first, seed, record)
+        if end in (BELOW, REACHED):
+            break
+        # It may be what leads astray.
+        seed.basis[0], record.sets[:], first[:] = UNUSED, -1, 0.0
+    return end, bound
 
 
 @compiled
 def decide(
-    env: Array, q: Array, table: Array, hand: IntArray, rows: IntArray, f_max: Array, L: Array,
-    below: float, previous: int, only: int, record: Record, f_com: Array, y: Array,
-) -> tuple[int, float, int, int]:  # fmt: skip
-    """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
+    program: Program, below: float, previous: int, only: int, record: Record, f_com: Array, y: Array
+) -> tuple[int, float, int, int]:
+    """Decide Sec. 3.4 for some fingers at an instant, and prove it.
 
     Args:
-        env: (e, 6), the environment's columns.
-        q: (6,), the load.
-        table: (N, P, s, 6), all fingers' columns for unit normal force at all placements.
-        hand: (n,), the fingers that touch.
-        rows: (n,), where.
-        f_max: (N,), over force_scale, as all forces here.
-        L: (76, 6), the directions.
+        program: what acts, and the fingers that touch.
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         only: mask of the one set to consider, which must pass (5); -1 for all.
@@ -191,27 +189,16 @@ def decide(
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
-    n = len(hand)
+    env, tips, n = program.env, program.tips, len(program.tips)
     everyone = (1 << n) - 1
-    tips, limits = at_placements(table, hand, rows, f_max)
-    P, w = np.empty((len(env) + n * tips.shape[1], 6)), np.empty(6)
-    end, margin = separate(P, unit_columns(env, tips, everyone if only < 0 else only, P), w)
-    for i in range(n):
-        f_com[i] = 0.0
-    for t in range(6):
-        y[t] = 0.0
+    f_com[:], y[:] = 0.0, 0.0
+    end, separation = ask_squeeze(env, tips, everyone if only < 0 else only)
     if end == MARGINAL or (end == FAILS and only >= 0):
         return UNPROVEN, np.inf, -1, 0
     tight = end == PASSES and (only < 0 or only == everyone)
-    if end == FAILS:
-        margin = separates_environment(env, w)
-    z, direction, mask = 0.0, -1, everyone
-    tableau = new_tableau(n, len(env), tips.shape[1])
-    tableau.basis[0] = UNUSED
+    z, direction, mask, tableau = 0.0, -1, everyone, new_tableau(n, len(env), tips.shape[1])
     if only < 0 or tight:
-        end, z, direction = position_margin(
-            env, q, tips, limits, L, below, tight, tableau, w, margin, y
-        )
+        end, z, direction = position_margin(program, separation, below, tight, tableau, y)
         solved = tight and end == REACHED and z > 0.0
         write_down(record, 0, everyone, y.reshape(1, 6), tableau.found, solved)
         if end == BELOW:
@@ -220,29 +207,20 @@ def decide(
             return UNPROVEN, np.inf, -1, 0
     if not tight:
         record.sets[:] = -1
-        passed, passes = np.empty(1 << n, dtype=np.int64), 1
-        passed[0] = only
+        passed, passes = np.full(1 << n, only), 1
         if only < 0:
-            passes, margin = passing_sets(env, tips, previous, True, passed, w)
+            passes, separation = passing_sets(env, tips, previous, True, passed)
         if passes <= 0:
             return INTERNAL_FORCE if passes == 0 else UNPROVEN, -np.inf, -1, 0
-        hint = y.copy()
-        for _ in range(2):
-            end, z, direction, mask = _best_set(
-                env, q, tips, limits, L, below, passed[:passes], hint, w, margin, tableau, record,
-                f_com,
-            )  # fmt: skip
-            if end != UNPROVEN:
-                break
-            # What position control has left may be what leads astray.
-            tableau.basis[0] = UNUSED
-            record.sets[:], hint[:] = -1, 0.0
+        sets = mode_sets(passed[:passes], n)
+        end, z = _commanded(program, separation, below, sets, y.copy(), tableau, record)
+        end, z, direction, mask = chosen(end, z, sets, f_com)
         if end != STABLE:
             return end, z, direction, mask
     if z < 0.0:
         return NO_EQUILIBRIUM, -np.inf, -1, 0
     if z <= 0.0:
-        end = equilibrium(env, q, tips, limits, L, w, margin, record, f_com)
+        end = equilibrium(program, separation, record, f_com)
         if end != REACHED:
             return NO_EQUILIBRIUM if end == BELOW else UNPROVEN, -np.inf, -1, 0
     return STABLE, max(z, 0.0), direction, mask

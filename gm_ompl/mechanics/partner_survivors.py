@@ -2,57 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.certificate import Record, record_of
-from gm_ompl.mechanics.partner_cuts import (
-    CUTS,
-    PartnerCuts,
-    Question,
-    refuting,
+from gm_ompl.mechanics.partner_cuts import PartnerCuts, Question, refuting
+from gm_ompl.mechanics.partner_sweeps import (
+    PartnerRoom,
+    Places,
+    bases_without,
+    pressed_sweep,
+    sweep,
 )
-from gm_ompl.mechanics.partner_sweeps import bases_without, pressed_sweep, sweep
-
-
-class PartnerRoom(NamedTuple):
-    """Room to work in.
-
-    Attributes:
-        bases: (n + 1, K), see ``bases_without``.
-        alive: (P,), placements of the last finger that are not refuted, the first ones.
-        bounds: (P,), their bounds.
-        blocks: (B,), likewise blocks of placements.
-        block_bounds: (B,).
-        scratch: (4, P).
-        tips: (n, s, 6), fingers' columns.
-        columns: (e + n s, 6), for Problem (5).
-        record: of one proof.
-    """
-
-    bases: Array
-    alive: IntArray
-    bounds: Array
-    blocks: IntArray
-    block_bounds: Array
-    scratch: Array
-    tips: Array
-    columns: Array
-    record: Record
-
-
-def room_for(ask: Question) -> PartnerRoom:
-    """Return the room that a question takes."""
-    n, s, e, P = len(ask.kind), ask.table.shape[2], len(ask.env), ask.allowed.shape[1]
-    B = len(ask.ends) - 1
-    return PartnerRoom(
-        np.empty((n + 1, CUTS)), np.empty(P, np.int64), np.empty(P), np.empty(B, np.int64),
-        np.empty(B), np.empty((4, P)), np.empty((n, s, 6)), np.empty((e + n * s, 6)),
-        record_of(n, e + n * s),
-    )  # fmt: skip
 
 
 @compiled
@@ -106,13 +67,13 @@ def _pinching(ask: Question, rows: IntArray, last: int, alive: IntArray) -> int:
 
 @compiled
 def _pinching_left(
-    ask: Question, rows: IntArray, last: int, above: float, cuts: PartnerCuts,
-    terms: tuple[Array, Array], alive: IntArray, bounds: Array, pinching: int, room: PartnerRoom,
+    ask: Question, rows: IntArray, above: float, cuts: PartnerCuts, places: Places,
+    pinching: int, room: PartnerRoom,
 ) -> int:  # fmt: skip
     """Sweep the first ones of those alive, where fingers pinch; return how many are left of all."""
-    left = pressed_sweep(
-        ask, rows, last, room.bases, above, cuts, terms, alive[:pinching], bounds, room.scratch
-    )
+    last, held, pressed, alive, bounds = places
+    first = Places(last, held, pressed, alive[:pinching], bounds)
+    left = pressed_sweep(ask, rows, above, cuts, first, room)
     for j in range(pinching, len(alive)):
         alive[left] = alive[j]
         left += 1
@@ -139,10 +100,8 @@ def _blocks_left(
         if all_do:
             blocks[j], blocks[pinching] = blocks[pinching], b
             pinching += 1
-    return _pinching_left(
-        ask, rows, last, above, cuts, (cuts.held_most[m], cuts.pressed_most[m]), blocks[:some],
-        room.block_bounds, pinching, room,
-    )  # fmt: skip
+    places = Places(last, cuts.held_most[m], cuts.pressed_most[m], blocks[:some], room.block_bounds)
+    return _pinching_left(ask, rows, above, cuts, places, pinching, room)
 
 
 @compiled
@@ -156,10 +115,8 @@ def lowered(
     if best < 0.0:
         return some
     pinching = _pinching(ask, rows, last, alive[:some])
-    return _pinching_left(
-        ask, rows, last, above, cuts, (cuts.held[m], cuts.pressed[m]), alive[:some], room.bounds,
-        pinching, room,
-    )  # fmt: skip
+    places = Places(last, cuts.held[m], cuts.pressed[m], alive[:some], room.bounds)
+    return _pinching_left(ask, rows, above, cuts, places, pinching, room)
 
 
 @compiled

@@ -2,11 +2,69 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.mechanics.partner_cuts import PartnerCuts, Question, to_front
+from gm_ompl.mechanics.certificate import Record, record_of
+from gm_ompl.mechanics.partner_cuts import CUTS, PartnerCuts, Question, to_front
+
+
+class PartnerRoom(NamedTuple):
+    """Room to work in.
+
+    Attributes:
+        bases: (n + 1, K), see ``bases_without``.
+        alive: (P,), placements of the last finger that are not refuted, the first ones.
+        bounds: (P,), their bounds.
+        blocks: (B,), likewise blocks of placements.
+        block_bounds: (B,).
+        scratch: (4, P).
+        tips: (n, s, 6), fingers' columns.
+        columns: (e + n s, 6), for Problem (5).
+        record: of one proof.
+    """
+
+    bases: Array
+    alive: IntArray
+    bounds: Array
+    blocks: IntArray
+    block_bounds: Array
+    scratch: Array
+    tips: Array
+    columns: Array
+    record: Record
+
+
+def room_for(ask: Question) -> PartnerRoom:
+    """Return the room that a question takes."""
+    n, s, e, P = len(ask.kind), ask.table.shape[2], len(ask.env), ask.allowed.shape[1]
+    B = len(ask.ends) - 1
+    return PartnerRoom(
+        np.empty((n + 1, CUTS)), np.empty(P, np.int64), np.empty(P), np.empty(B, np.int64),
+        np.empty(B), np.empty((4, P)), np.empty((n, s, 6)), np.empty((e + n * s, 6)),
+        record_of(n, e + n * s),
+    )  # fmt: skip
+
+
+class Places(NamedTuple):
+    """Places for the last finger, or blocks of them, and what cuts say of them.
+
+    Attributes:
+        last: the finger.
+        held: (K, m), its T at each place.
+        pressed: (K, m), its F.
+        alive: the places asked for; put in another order.
+        bounds: (m,), lowered.
+    """
+
+    last: int
+    held: Array
+    pressed: Array
+    alive: IntArray
+    bounds: Array
 
 
 @compiled
@@ -60,20 +118,22 @@ def sweep(
 
 @compiled
 def _sweep_with(
-    ask: Question, rows: IntArray, f: int, above: float, base: Array, cuts: PartnerCuts,
-    terms: Array, last: bool, alive: IntArray, scratch: Array,
+    ask: Question, rows: IntArray, f: int, above: float, cuts: PartnerCuts, places: Places,
+    room: PartnerRoom,
 ) -> int:  # fmt: skip
     """Return how many places one command of finger f may satisfy: the first ones of those alive."""
-    some, (_, each, least, largest) = len(alive), scratch
+    itself, alive, base = f == places.last, places.alive, room.bases[f]
+    each, least, largest = room.scratch[1], room.scratch[2], room.scratch[3]
+    some, terms = len(alive), places.pressed if itself else places.held
     for g in alive:
         each[g], least[g], largest[g] = np.inf, 0.0, 1.0
     for p in range(len(cuts.order)):
         k = cuts.order[p]
         left, here, row = 0, base[k], terms[k]
-        slope = 0.0 if last else cuts.pressed[ask.kind[f], k, rows[f]]
+        slope = 0.0 if itself else cuts.pressed[ask.kind[f], k, rows[f]]
         for j in range(some):
             g = alive[j]
-            a, b = (here, row[g]) if last else (here + row[g], slope)
+            a, b = (here, row[g]) if itself else (here + row[g], slope)
             each[g] = min(each[g], a + max(b, 0.0))
             if b > 0.0:
                 least[g] = max(least[g], (above - a) / b)
@@ -92,29 +152,25 @@ def _sweep_with(
 
 @compiled
 def pressed_sweep(
-    ask: Question, rows: IntArray, last: int, bases: Array, above: float, cuts: PartnerCuts,
-    terms: tuple[Array, Array], alive: IntArray, bounds: Array, scratch: Array,
+    ask: Question, rows: IntArray, above: float, cuts: PartnerCuts, places: Places,
+    room: PartnerRoom,
 ) -> int:  # fmt: skip
     """As ``sweep``, where some finger must be force-controlled: whichever is best.
 
     Args:
         ask: the question.
         rows: the placements of all fingers but the last.
-        last: the last finger.
-        bases: see ``bases_without``.
         above: a bound below this refutes.
         cuts: the cuts.
-        terms: (K, m) each, T and F of the last finger at each place.
-        alive: the places asked for; put in another order.
-        bounds: (m,), lowered.
-        scratch: (4, m), written to.
+        places: the places asked for.
+        room: with what the cuts give without the last finger.
     """
-    most, each = scratch[0], scratch[1]
+    most, each = room.scratch[0], room.scratch[1]
+    alive, bounds = places.alive, places.bounds
     for g in alive:
         most[g] = -np.inf
     for f in range(len(rows)):
-        row = terms[1] if f == last else terms[0]
-        some = _sweep_with(ask, rows, f, above, bases[f], cuts, row, f == last, alive, scratch)
+        some = _sweep_with(ask, rows, f, above, cuts, places, room)
         for g in alive[:some]:
             most[g] = max(most[g], each[g])
     left = 0

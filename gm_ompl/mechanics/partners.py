@@ -8,7 +8,14 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import Record
 from gm_ompl.mechanics.internal_force import FAILS, separate
-from gm_ompl.mechanics.modes import STABLE, UNDER, UNPROVEN, decide, unit_columns
+from gm_ompl.mechanics.modes import (
+    STABLE,
+    UNDER,
+    UNPROVEN,
+    at_placements,
+    decide,
+    unit_columns,
+)
 from gm_ompl.mechanics.partner_cuts import (
     LOST,
     Found,
@@ -18,8 +25,9 @@ from gm_ompl.mechanics.partner_cuts import (
     refuting,
     threshold,
 )
-from gm_ompl.mechanics.partner_survivors import PartnerRoom, clear, lowered, survivors
-from gm_ompl.mechanics.partner_sweeps import bases_without, pressed_sweep
+from gm_ompl.mechanics.partner_survivors import clear, lowered, survivors
+from gm_ompl.mechanics.partner_sweeps import PartnerRoom, Places, bases_without, pressed_sweep
+from gm_ompl.mechanics.program import Program
 
 
 @compiled
@@ -67,10 +75,9 @@ def _decided(
     n = len(rows)
     f_com, y, everyone = np.empty(n), np.zeros(6), (1 << n) - 1
     record.sets[:] = -1
-    end, z, _, mask = decide(
-        ask.env, ask.q, ask.table, np.arange(n), rows, ask.f_max, ask.L, threshold(best),
-        -1, -1, record, f_com, y,
-    )  # fmt: skip
+    tips = at_placements(ask.table, np.arange(n), rows)
+    program = Program(ask.env, ask.q, tips, ask.f_max, ask.L)
+    end, z, _, mask = decide(program, threshold(best), -1, -1, record, f_com, y)
     found.counts[0] += 1
     if end == UNPROVEN:
         if found.counts[1] < LOST:
@@ -93,11 +100,12 @@ def _decided(
 
 @inlined
 def _best_last(
-    ask: Question, rows: IntArray, last: int, first: int, best: float, cuts: PartnerCuts,
-    found: Found, room: PartnerRoom,
+    ask: Question, i: int, rows: IntArray, best: float, cuts: PartnerCuts, found: Found,
+    room: PartnerRoom,
 ) -> float:  # fmt: skip
-    """Return the best margin with the last finger anywhere from row ``first`` on."""
-    one, m = np.empty(1, np.int64), ask.kind[last]
+    """Return the best margin with the last finger beside ``i`` anywhere that is not yet tried."""
+    last = _last(len(rows), i)
+    one, m, first = np.empty(1, np.int64), ask.kind[last], _first_row(ask, rows, i, last)
     some = survivors(ask, rows, last, first, best, cuts, room)
     while some > 0:
         top = 0
@@ -109,10 +117,8 @@ def _best_last(
         room.alive[top] = room.alive[some]
         rows[last], one[0] = g, g
         # What is not refuted where somebody must be force-controlled needs no question.
-        refuted = best >= 0.0 and pressed_sweep(
-            ask, rows, last, room.bases, refuting(best), cuts, (cuts.held[m], cuts.pressed[m]),
-            one, room.bounds, room.scratch,
-        ) == 0  # fmt: skip
+        here = Places(last, cuts.held[m], cuts.pressed[m], one, room.bounds)
+        refuted = best >= 0.0 and (pressed_sweep(ask, rows, refuting(best), cuts, here, room) == 0)
         if not refuted or _may_hold_all(ask, rows, room):
             best = _decided(ask, rows, best, cuts, found, room.record)
             bases_without(ask, rows, last, cuts, room.bases)
@@ -154,11 +160,16 @@ def best_of(
             best = _decided(ask, rows, best, cuts, found, room.record)
         rows[:] = -1
         rows[i] = g
-    last = n - 1 if i < n - 1 else n - 2
     if n == 2:
-        _best_last(ask, rows, last, 0, best, cuts, found, room)
+        _best_last(ask, i, rows, best, cuts, found, room)
     else:
-        _middle(ask, i, rows, last, best, cuts, found, room)
+        _middle(ask, i, rows, best, cuts, found, room)
+
+
+@compiled
+def _last(n: int, i: int) -> int:
+    """Return the finger that is placed last where finger i of n is placed first."""
+    return n - 1 if i < n - 1 else n - 2
 
 
 @compiled
@@ -211,10 +222,11 @@ def _peaks(cuts: PartnerCuts) -> Array:
 
 @inlined
 def _middle(
-    ask: Question, i: int, rows: IntArray, last: int, best: float, cuts: PartnerCuts, found: Found,
+    ask: Question, i: int, rows: IntArray, best: float, cuts: PartnerCuts, found: Found,
     room: PartnerRoom,
 ) -> float:  # fmt: skip
     """Place all fingers between the first and the last in every way that is not refuted."""
+    last = _last(len(rows), i)
     others = np.array([j for j in range(len(rows)) if j not in (i, last)])
     level, peaks, decided = 0, _peaks(cuts), found.counts[0]
     while level >= 0:
@@ -230,7 +242,6 @@ def _middle(
         if level + 1 < len(others):
             level += 1
         else:
-            first = _first_row(ask, rows, i, last)
-            best = _best_last(ask, rows, last, first, best, cuts, found, room)
+            best = _best_last(ask, i, rows, best, cuts, found, room)
             rows[last] = -1
     return best

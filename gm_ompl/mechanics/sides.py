@@ -33,10 +33,9 @@ def number(code: int) -> int:
 
 
 @compiled
-def start(
-    raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int
-) -> None:
-    """Fill the tableau from the raw columns (m, N) with the all-artificial basis."""
+def fill_in(raw: Array, cost: float, T: Array, d: Array, basis: IntArray) -> None:
+    """Fill the tableau from the raw columns (m, N) with the all-artificial basis, sides aside."""
+    m, N = raw.shape
     for i in range(m):
         for j in range(N):
             T[i, j] = raw[i, j]
@@ -47,7 +46,13 @@ def start(
     for j in range(N + m):
         d[j] = 0.0
     d[0] = cost
-    raise_sides(L, T, d, m, N)
+
+
+@compiled
+def start(raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray) -> None:
+    """Fill the tableau as ``fill_in`` does, with all right-hand sides."""
+    fill_in(raw, cost, T, d, basis)
+    raise_sides(L, T, d, len(raw), raw.shape[1])
 
 
 @compiled
@@ -97,16 +102,15 @@ def move_tau(change: Array, L: Array, T: Array, d: Array, basis: IntArray, m: in
 
 
 @compiled
-def refactor(
-    raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray, m: int, N: int
-) -> None:
+def refactor(raw: Array, cost: float, L: Array, T: Array, d: Array, basis: IntArray) -> None:
     """Fill the tableau anew at its basis: rounding adds up with every pivot, this forgets it.
 
     A basic column enters in the free row where it is largest. One that has nothing left there
     (the basis was singular but for rounding) stays out, and an artificial variable in its row.
     """
+    m, N = raw.shape
     columns, free = basis.copy(), np.ones(m, dtype=np.bool_)
-    start(raw, cost, L, T, d, basis, m, N)
+    start(raw, cost, L, T, d, basis)
     for c in columns:
         largest, row = 1e-9, -1
         for r in range(m):

@@ -76,12 +76,12 @@ def _renew(
 
 @compiled
 def _begin(
-    contacts: ContactRows, n: int, q: Array, f: Array, directions: Array, T: Array, d: Array,
+    contacts: ContactRows, q: Array, f: Array, directions: Array, T: Array, d: Array,
     basis: IntArray,
 ) -> None:  # fmt: skip
     """Write the tableau with all variables out of the basis."""
-    K, C, m = len(directions), len(contacts.columns), 6 + n
-    N = K + C + n
+    K, C, n = len(directions), len(contacts.columns), len(f)
+    m, N = 6 + n, K + C + n
     T[:], d[:] = 0.0, 0.0
     d[:K] = 1.0
     for t in range(6):
@@ -110,17 +110,16 @@ def _all_allowed(contacts: ContactRows, n: int, K: int) -> BoolArray:
 
 @compiled
 def least_for(
-    contacts: ContactRows, n: int, q: Array, f: Array, directions: Array, ways: IntArray,
-    beyond: float,
-) -> float:  # fmt: skip
+    contacts: ContactRows, q: Array, f: Array, directions: Array, ways: IntArray, beyond: float
+) -> float:
     """Return t for the given ways (c,) of all contacts, or some t >= ``beyond``.
 
     The rest as for ``gives_way``; whether a deviation goes with them is not asked.
     """
-    K, C, m = len(directions), len(contacts.columns), 6 + n
-    N = K + C + n
+    K, C, n = len(directions), len(contacts.columns), len(f)
+    m, N = 6 + n, K + C + n
     T, d, basis = np.empty((m, N + m + 1)), np.empty(N + m + 1), np.empty(m, dtype=np.int64)
-    _begin(contacts, n, q, f, directions, T, d, basis)
+    _begin(contacts, q, f, directions, T, d, basis)
     allowed = _all_allowed(contacts, n, K)
     for i in range(len(ways)):
         presses(contacts, i, ways[i], allowed[K : K + C])
@@ -251,16 +250,15 @@ def _descend(
 
 
 def gives_way(
-    contacts: ContactRows, n: int, q: Array, f: Array, directions: Array, z: float, enough: float,
+    contacts: ContactRows, q: Array, f: Array, directions: Array, z: float, enough: float,
     found: IntArray,
 ) -> float:  # fmt: skip
     """Return z_strong; forces over M g.
 
     Args:
         contacts: fingertips first, as their modes are.
-        n: how many of them are fingertips.
         q: (6,), the load.
-        f: (n,), f_com of force-controlled fingers, f_max of others.
+        f: (fingertips,), f_com of force-controlled fingers, f_max of others.
         directions: (76, 6), the l_i.
         z: of Problem (6), for these modes and commands.
         enough: where z_strong is at most this, it need not be known any better.
@@ -269,9 +267,9 @@ def gives_way(
     found[:] = UNTOLD
     if len(contacts.normal) == 0:
         return z
-    room = _room(contacts, n, len(directions))
-    _begin(contacts, n, q, f, directions, room.T[0], room.d[0], room.basis[0])
-    room.allowed[0] = _all_allowed(contacts, n, len(directions))
+    room = _room(contacts, len(f), len(directions))
+    _begin(contacts, q, f, directions, room.T[0], room.d[0], room.basis[0])
+    room.allowed[0] = _all_allowed(contacts, len(f), len(directions))
     m, N = room.T.shape[1], room.allowed.shape[1]
     if _renew(room.T[0], room.d[0], room.basis[0], m, N, room.allowed[0], z) >= z:
         return z

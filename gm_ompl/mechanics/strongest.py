@@ -22,7 +22,8 @@ from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import commanded_margin
 from gm_ompl.mechanics.deviations import UNTOLD, ContactRows, deviates
-from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
+from gm_ompl.mechanics.instant import instant_program
+from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.stability import REACHED
 from gm_ompl.mechanics.strong import gives_way, least_for
 
@@ -106,36 +107,31 @@ class StrongHand:
 
     Args:
         around: the environment's contacts.
-        env: (e, 6), its columns, of unit length.
-        q: (6,), the load over force_scale, as all forces here.
-        tips: (n, s, 6), the fingers' columns for unit normal force.
-        f_max: (n,).
+        program: what acts, and the fingers.
         friction: (n,), of the fingers.
         met: how contacts gave way before, for like contacts, with modes: tried first, and kept.
 
     Attributes:
-        env, q, tips, f_max: as given.
+        program: as given.
         lost: whether something that matters could not be proven.
         bound: of all modes and commands that were given up, z_strong is at most this.
     """
 
     def __init__(
-        self, around: EnvironmentRows, env: Array, q: Array, tips: Array, f_max: Array,
-        friction: Array, met: Met | None = None,
-    ) -> None:  # fmt: skip
-        self._around, self.env, self.q, self.tips = around, env, q, tips
-        self.f_max, self._friction = f_max, friction
+        self, around: EnvironmentRows, program: Program, friction: Array, met: Met | None = None
+    ) -> None:
+        self._around, self.program, self._friction = around, program, friction
         self.lost, self.bound = False, -np.inf
         self.met: Met = {} if met is None else met
 
     @classmethod
     def of(cls, instant: Instant) -> StrongHand:
         """Return the hand of an instant with point fingertips in a certain world."""
-        env, q, tips, f_max = instant_columns(instant)
+        program = instant_program(instant)
         U = columns.wrench_norm(instant.mass, instant.inertia)
         friction = np.asarray(instant.friction_at_contacts, dtype=np.float64)
-        around = environment_rows(instant.contacts, friction, env, U)
-        return cls(around, env, q, tips, f_max, np.asarray(instant.friction, dtype=np.float64))
+        around = environment_rows(instant.contacts, friction, program.env, U)
+        return cls(around, program, np.asarray(instant.friction, dtype=np.float64))
 
     def best(self, below: float, only: int = -1) -> Best | None:
         """Return what is best for z_strong; None where it stays below ``below``.
@@ -147,7 +143,7 @@ class StrongHand:
             trial = _Trial(self, mask)
             for steps in self._steps(mask):
                 limits.check()
-                found = trial.beyond(steps * self.f_max, enough)
+                found = trial.beyond(steps * self.program.f_max, enough)
                 if found is not None:
                     best = Best(*found, mask, steps)
                     enough = best.z_strong * (1.0 + BETTER)
@@ -155,9 +151,10 @@ class StrongHand:
 
     def passing(self) -> list[int]:
         """Return the combinations of modes that pass Problem (5), most position control first."""
-        n = len(self.tips)
+        env, _, tips, _, _ = self.program
+        n = len(tips)
         largest = np.empty(1 << n, dtype=np.int64)
-        count, _ = modes.passing_sets(self.env, self.tips, -1, False, largest, np.zeros(6))
+        count, _ = modes.passing_sets(env, tips, -1, False, largest)
         self.lost = self.lost or count < 0
         return [
             mask
@@ -167,7 +164,7 @@ class StrongHand:
 
     def contacts(self, mask: int) -> ContactRows:
         """Return all contacts under these modes."""
-        return together(self._around, self.tips, self._friction, self.force(mask))
+        return together(self._around, self.program.tips, self._friction, self.force(mask))
 
     def _steps(self, mask: int) -> Iterator[Array]:
         """Yield commands over f_max (n,), large ones first; 0 under position control."""
@@ -178,7 +175,7 @@ class StrongHand:
 
     def force(self, mask: int) -> BoolArray:
         """Return who is force-controlled (n,)."""
-        return np.array([not (mask >> i) & 1 for i in range(len(self.tips))], dtype=np.bool_)
+        return np.array([not (mask >> i) & 1 for i in range(len(self._friction))], dtype=np.bool_)
 
 
 @final
@@ -202,20 +199,18 @@ class _Trial:
 
     def _tried(self, f: Array, enough: float) -> tuple[float, tuple[float, float] | None]:
         """Return an upper bound on z_strong, and what ``beyond`` does."""
-        hand, n, own = self._hand, len(f), f[self._force]
+        hand, program, own = self._hand, self._hand.program, f[self._force]
         for c, slopes in self._cuts:
             if c + float(slopes @ own) <= enough:
                 return c + float(slopes @ own), None
-        limit, least = np.where(self._force, f, hand.f_max), np.inf
+        limit, least = np.where(self._force, f, program.f_max), np.inf
         for ways in self._killers:
-            t = least_for(self._rows, n, hand.q, limit, DIRECTIONS, ways, least)
+            t = least_for(self._rows, program.q, limit, program.L, ways, least)
             if t <= enough:
                 return t, None
             least = min(least, t)
         slopes = np.zeros(len(own))
-        end, z, c = commanded_margin(
-            hand.env, hand.q, hand.tips, hand.f_max, self._force, f, slopes
-        )
+        end, z, c = commanded_margin(program, self._force, f, slopes)
         if end != REACHED:
             hand.lost = True
             return np.inf, None
@@ -223,7 +218,7 @@ class _Trial:
         if z <= enough:
             return z, None
         ways = np.full(len(self._rows.normal), UNTOLD)
-        t = gives_way(self._rows, n, hand.q, limit, DIRECTIONS, min(z, least), enough, ways)
+        t = gives_way(self._rows, program.q, limit, program.L, min(z, least), enough, ways)
         if len(ways) and ways[0] != UNTOLD:
             self._killers.insert(0, ways)
             del self._killers[KEPT:]
@@ -253,7 +248,8 @@ def strongly_held(instant: Instant, decision: ModeDecision) -> float:
     pairs = zip(decision.f_com, instant.max_normal_force, strict=True)
     f = np.array([most if f is None else f for f, most in pairs], dtype=np.float64) / scale
     found = np.zeros(len(rows.normal), dtype=np.int64)
-    return scale * gives_way(rows, len(f), hand.q, f, DIRECTIONS, decision.z / scale, -1.0, found)
+    _, q, _, _, L = hand.program
+    return scale * gives_way(rows, q, f, L, decision.z / scale, -1.0, found)
 
 
 def strong_choices(instant: Instant) -> tuple[ModeDecision, ...]:

@@ -82,7 +82,7 @@ def leaving(x: Array, basis: IntArray, m: int, N: int, tolerance: float, bland: 
 
 @compiled
 def entering(
-    T: Array, d: Array, N: int, r: int, sign: float, least: float, bland: bool, room: Array
+    T: Array, d: Array, r: int, sign: float, least: float, bland: bool, room: Array
 ) -> int:
     """Return the entering column by the dual ratio test, or -1 where there is none.
 
@@ -90,6 +90,7 @@ def entering(
     decides per column is written down and compared in a loop of its own: the first has no branches
     then.
     """
+    N = len(room)
     row, costs, nearest = T[r, :N], d[:N], np.inf
     for j in range(N):
         alpha = -sign * row[j]
@@ -111,17 +112,19 @@ def entering(
 
 @compiled
 def feasible(
-    T: Array, d: Array, basis: IntArray, m: int, N: int, W: int, b: Array, tolerance: float,
-    x: Array, y: Array,
-) -> int:  # fmt: skip
+    T: Array, d: Array, basis: IntArray, b: Array, tolerance: float, x: Array, y: Array
+) -> int:
     """Dual simplex for the one right-hand side ``b`` (m,), from a dual feasible tableau.
 
-    ``tolerance`` on basic variables is relative to the largest of them (at least 1).
+    ``T`` (m, N + m) has no right-hand sides. ``tolerance`` on basic variables is relative to the
+    largest of them (at least 1).
 
     Returns:
         1 where ``x`` (m,) is the optimal basic solution, and ``y`` (up to m,) its duals; 0 where
         there is none, and ``y`` the ray with y . b > 0 that proves it; -1 in trouble.
     """
+    m, W = T.shape
+    N = W - m
     inverse, room = T[:, N : N + m], np.empty(N)
     for step in range(MAX_STEPS + MORE_STEPS * N):
         for r in range(m):
@@ -135,7 +138,8 @@ def feasible(
                 y[j] = -d[N + j]
             return 1
         sign = 1.0 if x[r] < 0.0 else -1.0
-        c = entering(T, d, N, r, sign, PIVOT if tolerance >= FEASIBLE else FINEST, bland, room)
+        least = PIVOT if tolerance >= FEASIBLE else FINEST
+        c = entering(T, d, r, sign, least, bland, room)
         if c < 0:
             for j in range(len(y)):
                 y[j] = -sign * inverse[r, j]

@@ -33,21 +33,22 @@ from gm_ompl.mechanics import (
     cell_modes,
     certificate,
     equilibrium,
-    internal_force,
     kelley,
     modes,
     resistance,
     sides,
     simplex,
-    stability,
     tableau,
+    tau,
+    trials,
 )
 from gm_ompl.mechanics.alternatives import Alternatives
-from gm_ompl.mechanics.blocks import MAX_BLOCKS, joint_margin
+from gm_ompl.mechanics.blocks import joint_margin
 from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_points
 from gm_ompl.mechanics.cuts import CutPool, CutTables
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.planners import lane_sources
 from gm_ompl.problem import Problem
 
@@ -56,6 +57,7 @@ ENV: Final = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
 LOAD: Final = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
 TIPS: Final = np.tile(LOAD, (1, 3, 1))
 F_MAX: Final = np.ones(1)
+PROGRAM: Final = Program(ENV, LOAD, TIPS, F_MAX, DIRECTIONS)
 
 
 def prepare(problem: Problem) -> None:
@@ -82,68 +84,51 @@ def prepare(problem: Problem) -> None:
 
 def decision() -> None:
     """Compile the mode decision, its simplex first; what else is to be done here between them."""
-    raw, T, d, basis = _tableau()
-    m, N = raw.shape
-    simplex.search_directions(
-        T, d, basis, m, N, 1.0, np.inf, 0.0, tableau.NEVER, 1e-9, 1e-10, False, np.zeros(m),
-        resistance.new_resistance(m),
-    )  # fmt: skip
-    Alternatives(1.0, ENV, LOAD, TIPS, F_MAX).at((ControlMode.FORCE,), np.zeros(1))
+    one = _tableau()
+    target, care = simplex.Target(np.inf, 0.0, tableau.NEVER), simplex.Care(1e-9, 1e-10, False)
+    simplex.search_directions(one, 1.0, target, care)
+    Alternatives(1.0, PROGRAM).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
     lanes()
     cells()
     sweeps()
-    decide_columns(ENV, LOAD, TIPS, F_MAX, 0.0, np.zeros(1), np.zeros(6))
+    modes.decide(PROGRAM, 0.0, -1, -1, certificate.NO_RECORD, np.zeros(1), np.zeros(6))
 
 
-def _tableau() -> tuple[Array, Array, Array, IntArray]:
-    """Return raw columns, tableau, reduced costs and basis of one finger, right-hand sides 0."""
-    m, N = 7, 2 + TIPS.shape[1] + 1
-    T, d = np.zeros((m, N + m + sides.SIDES)), np.zeros(N + m + sides.SIDES)
-    T[:, N : N + m] = np.eye(m)
-    d[0] = 1.0
-    return np.ones((m, N)), T, d, np.arange(N, N + m)
+def _tableau() -> tau.Tableau:
+    """Return a tableau of one finger, right-hand sides 0."""
+    one = tau.new_tableau(1, len(ENV), TIPS.shape[1])
+    m, N = one.raw.shape
+    for room in (*one[:5], *one.found):
+        room[...] = 0
+    one.raw[:], one.d[0], one.basis[:] = 1.0, 1.0, np.arange(N, N + m)
+    one.T[:, N : N + m] = np.eye(m)
+    return one
 
 
 def edges() -> None:
     """Compile what the mode decision calls beside the simplex, what is needed first first."""
     f, y, force, one = np.zeros(1), LOAD.copy(), np.ones(1, dtype=np.bool_), np.ones(1)
-    raw, T, d, basis = _tableau()
-    m, N = raw.shape
-    cost = stability.fill(ENV, LOAD, TIPS, F_MAX, force, f, raw)
-    sides.move_tau(np.zeros(m), DIRECTIONS, T, d, basis, m, N)
-    sides.refactor(raw, cost, DIRECTIONS, T, d, basis, m, N)
+    raw, T, d, basis, _, _ = _tableau()
+    cost = tau.fill(PROGRAM, force, f, raw)
+    sides.move_tau(np.zeros(len(raw)), DIRECTIONS, T, d, basis, *raw.shape)
+    sides.refactor(raw, cost, DIRECTIONS, T, d, basis)
     sides.dual_error(raw, cost, 1.0, f)
-    passed, w, none = np.empty(2, dtype=np.int64), y.copy(), np.zeros(MAX_BLOCKS, dtype=np.int64)
-    modes.passing_sets(ENV, TIPS, -1, False, passed, w)
-    internal_force.separate(ENV, modes.unit_columns(ENV, TIPS, 0, np.empty((4, 6))), w)
-    joint_margin(
-        ENV,
-        LOAD,
-        TIPS,
-        F_MAX,
-        force,
-        DIRECTIONS,
-        none,
-        1,
-        tableau.FEASIBLE,
-        f,
-        np.empty((MAX_BLOCKS, 6)),
-    )
-    equilibrium.equilibrium(
-        ENV, LOAD, TIPS, F_MAX, DIRECTIONS, w, 1.0, certificate.record_of(0, 0), f
-    )
+    none, masks = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
+    _, separation = modes.ask_squeeze(ENV, TIPS, 0)
+    joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
+    equilibrium.equilibrium(PROGRAM, separation, certificate.record_of(0, 0), f)
     _proofs(raw, cost, basis)
-    certificate.separates_environment(ENV, w)
     certificate.proven(0.0, 1.0)
-    masks, commands = np.zeros(1, dtype=np.int64), np.zeros((1, 1))
-    kelley.plant(stability.new_tableau(1, 1, 3), masks, kelley.new_work(1, 1, 1, 3))
-    cuts = kelley.no_cuts(F_MAX, masks, f, commands)
-    kelley.take_up(0, 0, F_MAX, force, cuts.trials, commands, f)
-    kelley.add_cut(ENV, LOAD, TIPS, F_MAX, masks, force, DIRECTIONS, w, 1.0, y, cuts, 0)
-    kelley.heed(LOAD, TIPS, F_MAX, force, DIRECTIONS, one, 0, 1, cuts)
-    kelley.tightest(cuts.h, cuts.c[0], cuts.slopes[0], 1, cuts.trials[0])
-    modes.at_placements(TIPS[:, None], masks, masks, F_MAX)
+    sets = kelley.mode_sets(masks, 1)
+    trials.plant(tau.new_tableau(1, 1, 3), masks, tau.new_work(1, 1, 1, 3))
+    cuts = kelley.no_cuts(1, F_MAX, sets)
+    trials.take_up(0, F_MAX, sets, cuts, force, f)
+    kelley.add_cut(PROGRAM, separation, y, masks, cuts)
+    kelley.heed(PROGRAM, force, one, 0, cuts)
+    kelley.settle(0, 1, sets, cuts)
+    kelley.cuts_off(0, 1, cuts)
 
 
 def _proofs(raw: Array, cost: float, basis: IntArray) -> None:
@@ -197,7 +182,7 @@ def lanes() -> None:
     bounds.refresh(rows, tables, cuts, z.copy(), z, costs, d)
     lane_bounds.lane_keys(none, none, V, 0, tables, cuts, np.empty(1))
     lane_bounds.hub_defaults(rows, tables, V)
-    lane_bounds.best_target(0, 0.0, costs, d, V, V.copy(), tables, d.copy())
+    lane_bounds.best_target(0, 0.0, costs, d, (V, V.copy()), tables, d.copy())
     lane_bounds.spread(0, costs, tables, d.copy(), np.zeros(2, dtype=np.int64))
     lane_bounds.hub_rows(rows, 0, rows, rows, tables, cuts, V)
     lane_sources.merge(d[:0], none[:0], 0, 0, d, none, rows)
@@ -210,12 +195,13 @@ def cells() -> None:
     cuts, boxes = CellCuts(side, F_MAX, DIRECTIONS), CellBoxes(np.zeros((1, 4)), none)
     cuts.widen(boxes, 1)
     cuts.add(0, LOAD, LOAD)
-    tips, w, y = corner_columns(side, none, none, boxes), LOAD.copy(), LOAD.copy()
-    cell_margin(ENV, LOAD, tips, F_MAX, DIRECTIONS, 0.0, w, 1.0, y)
+    tips, y = corner_columns(side, none, none, boxes), LOAD.copy()
+    program, separation = PROGRAM._replace(tips=tips), Separation(LOAD, 1.0)
+    cell_margin(program, separation, 0.0, y)
     corners = corner_points(np.zeros((1, 3, 3)), none, boxes)
     cell_modes.squeezed(tips[:, :, :3].copy(), corners)
     masks = cell_modes.largest_sets(1, 0)
-    cell_modes.mode_margin(ENV, LOAD, tips, F_MAX, DIRECTIONS, 0.0, w, 1.0, masks - masks, y)
+    cell_modes.mode_margin(program, separation, 0.0, masks - masks, y)
     tables, _ = _tables(CutPool(np.stack([TIPS, TIPS], axis=1), F_MAX, DIRECTIONS))
     no, D = np.zeros((1, 1, 1), dtype=np.bool_), np.zeros((1, 2))
     room = cell_bounds.LaneRoom(none[None], np.ones((1, 1, 1)), no, np.ones((1, 1)), D)

@@ -14,7 +14,7 @@ from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.geometry.solids import Body, hull, mass_properties
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
-from gm_ompl.mechanics.instant import instant_columns
+from gm_ompl.mechanics.instant import instant_program
 from gm_ompl.reference.exact import Effort
 from gm_ompl.reference.exact_command import exact_best
 from gm_ompl.reference.modes import decide_modes
@@ -26,10 +26,10 @@ def z_of(instant: Instant, mask: int) -> float:
 
     The kernel proves nothing for sets that fail (5): exact arithmetic decides those.
     """
-    env, q, tips, f_max = instant_columns(instant)
-    end, z, _ = margin(env, q, tips, f_max, mask, 0.0, np.zeros(len(f_max)))
+    program = instant_program(instant)
+    end, z, _ = margin(program, mask, 0.0, np.zeros(len(program.f_max)))
     if end == modes.UNPROVEN:
-        force = np.array([not mask >> i & 1 for i in range(len(f_max))], dtype=bool)
+        force = np.array([not mask >> i & 1 for i in range(len(program.f_max))], dtype=bool)
         z = min(exact_best(statics(instant), force, Effort()).least, 1e9)
     return float(z) * instant.force_scale
 

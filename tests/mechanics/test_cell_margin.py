@@ -12,9 +12,11 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.mechanics import columns
 from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
-from gm_ompl.mechanics.certificate import separates_environment
+from gm_ompl.mechanics.certificate import NO_RECORD, separates_environment
 from gm_ompl.mechanics.cuts import state_bound
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_columns
+from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.modes import decide
+from gm_ompl.mechanics.program import Program
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 
@@ -59,10 +61,10 @@ def bounded(
 ) -> tuple[float, Array, Array, Array]:
     """Return the bound of a product of cells, its wrench, and columns and load."""
     env, q, _, f_max = backend.columns(state)
-    w, y, hand = np.zeros(6), np.zeros(6), np.arange(len(f_max))
-    margin = separates_environment(env, w)
+    y, hand = np.zeros(6), np.arange(len(f_max))
     tips = corner_columns(side, hand, hand, boxes)
-    z = cell_margin(env, q, tips, f_max, DIRECTIONS, 0.0, w, margin, y)
+    program = Program(env, q, tips, f_max, DIRECTIONS)
+    z = cell_margin(program, separates_environment(env), 0.0, y)
     return z, y, tips, q
 
 
@@ -84,9 +86,8 @@ def test_no_point_of_a_cell_is_better(name: str) -> None:
         slack = 4e-7 * max(bound, 1e-3) if bound > -np.inf else 0.0
         assert z <= max(bound, 0.0) + slack  # where it is -inf, both are bounds alone
         single = np.ascontiguousarray(tips[:, : side.shape[2]])
-        _, best, _, _ = decide_columns(
-            env, q, single, f_max, 0.0, np.zeros(len(f_max)), np.zeros(6)
-        )
+        program, f_com = Program(env, q, single, f_max, DIRECTIONS), np.zeros(len(f_max))
+        _, best, _, _ = decide(program, 0.0, -1, -1, NO_RECORD, f_com, np.zeros(6))
         assert best <= bound + slack
         stable += best > 0.0
         rows: IntArray = np.arange(len(f_max))

@@ -15,7 +15,7 @@ from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.central import FLAT, largest_cube
 from gm_ompl.mechanics.certificate import separates_environment
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_columns
+from gm_ompl.mechanics.instant import decide_instant, instant_program
 from gm_ompl.reference import equilibrium
 from gm_ompl.reference.modes import decide_modes, margin
 from gm_ompl.reference.statics import force_unit, statics
@@ -44,10 +44,9 @@ def pinched(f_max: float) -> Instant:
 
 def cube_of(instant: Instant, force: BoolArray) -> tuple[float, Array]:
     """Return the kernel's largest cube, forces over M g."""
-    env, q, tips, f_max = instant_columns(instant)
-    w, centre = np.zeros(6), np.empty(len(f_max))
-    margin = separates_environment(env, w)
-    return largest_cube(env, q, tips, f_max, force, DIRECTIONS, w, margin, centre), centre
+    program = instant_program(instant)
+    centre = np.empty(len(program.f_max))
+    return largest_cube(program, separates_environment(program.env), force, centre), centre
 
 
 @pytest.mark.parametrize("decide", [decide_instant, decide_modes])

@@ -24,12 +24,12 @@ from gm_ompl.mechanics.certificate import (
 from gm_ompl.mechanics.instant import (
     DIRECTIONS,
     decide_instant,
-    instant_columns,
+    instant_program,
     prove_instant,
 )
 from gm_ompl.mechanics.resistance import lower_bound, new_resistance
 from gm_ompl.mechanics.sides import number
-from gm_ompl.mechanics.stability import fill
+from gm_ompl.mechanics.tau import fill
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.reference import proof
@@ -111,9 +111,10 @@ def test_forces_bound_z_from_below(seed: int, instances: ModuleType) -> None:
     exact = exact_margin(model, model.f_max.tolist(), nobody, Effort()).z
     if not 1e-6 < exact < np.inf:
         return
-    env, q, tips, f_max = instant_columns(instant)
+    program = instant_program(instant)
+    env, _, tips, f_max, _ = program
     raw = np.empty((8, 1 + len(env) + tips.shape[0] * tips.shape[1] + 2))
-    cost = fill(env, q, tips, f_max, nobody, f_max, raw)
+    cost = fill(program, nobody, f_max, raw)
     tau = 1.0 / exact
     N = raw.shape[1]
     found = new_resistance(N)
@@ -134,19 +135,18 @@ def test_wrenches_bound_z_from_above(seed: int, instances: ModuleType) -> None:
     """Any wrenches, moved into the polar, bound z of every choice of modes from above."""
     rng = np.random.default_rng(seed)
     instant = instances.random_instance(rng, 2)
-    env, q, tips, f_max = instant_columns(instant)
-    w = np.zeros(6)
-    margin = separates_environment(env, w)
-    if not margin > 1e-3:
+    program = instant_program(instant)
+    env, separation = program.env, separates_environment(program.env)
+    if not separation.margin > 1e-3:
         return
     z = decide_modes(instant).z / force_unit(instant)
     for _ in range(50):
         Y = rng.normal(size=(3, 6))
-        assert all(into_polar(env, w, margin, y) for y in Y)
+        assert all(into_polar(env, separation, y) for y in Y)
         assert (Y @ env.T).max(initial=-1.0) <= 1e-12
         assert reach(DIRECTIONS, Y[0]) == pytest.approx((DIRECTIONS @ Y[0]).max())
         nobody = np.zeros(2, dtype=bool)
-        assert upper_bound(q, tips, f_max, nobody, DIRECTIONS, Y) >= z * (1 - 1e-9)
+        assert upper_bound(program, nobody, Y) >= z * (1 - 1e-9)
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5, 8, 10])

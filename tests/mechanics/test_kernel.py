@@ -14,12 +14,8 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.errors import ShapeError
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
-from gm_ompl.mechanics.instant import (
-    DIRECTIONS,
-    decide_columns,
-    decide_instant,
-    instant_columns,
-)
+from gm_ompl.mechanics.certificate import NO_RECORD
+from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_program
 from gm_ompl.mechanics.internal_force import FAILS, separate
 from gm_ompl.reference.modes import all_mode_sets, decide_modes
 from gm_ompl.reference.stability import DIRECTIONS as PAPERS_DIRECTIONS
@@ -43,7 +39,8 @@ def test_decides_like_the_reference(
 def test_every_mode_set_agrees(seed: int, instances: ModuleType, agreement: ModuleType) -> None:
     """Each combination of modes by itself: the verdict of (5), and z of (6) where it passes."""
     instant = instances.random_instance(np.random.default_rng(seed), 1 + seed % 3)
-    env, q, tips, f_max = instant_columns(instant)
+    program = instant_program(instant)
+    env, _, tips, f_max, _ = program
     P = np.empty((len(env) + len(f_max) * instant.cone_edges, 6))
     for judged in all_mode_sets(instant):
         force = np.array([mode is ControlMode.FORCE for mode in judged.modes])
@@ -55,7 +52,7 @@ def test_every_mode_set_agrees(seed: int, instances: ModuleType, agreement: Modu
         assert mine == verdict.excessive
         if judged.stability is not None:
             f = np.zeros(len(force))
-            _, z, _ = margin(env, q, tips, f_max, mask, 0.0, f)
+            _, z, _ = margin(program, mask, 0.0, f)
             assert agreement.z_error(z, max(judged.stability.z, 0.0), 1.0) <= agreement.AGREE
             assert (f[force] <= f_max[force]).all()
             assert (f >= 0.0).all()
@@ -66,13 +63,13 @@ def test_a_threshold_changes_no_answer_above_it(seed: int, instances: ModuleType
     """Asked with ``below``, z is the same where it reaches it; else a valid upper bound comes."""
     rng = np.random.default_rng(seed)
     instant = instances.random_instance(rng, int(rng.integers(1, 4)))
-    env, q, tips, f_max = instant_columns(instant)
-    f, y, g = np.zeros(len(f_max)), np.zeros(6), np.zeros(len(f_max))
-    end, z, _, mask = decide_columns(env, q, tips, f_max, 0.0, f, y)
+    program, y = instant_program(instant), np.zeros(6)
+    f, g = np.zeros(len(program.f_max)), np.zeros(len(program.f_max))
+    end, z, _, mask = modes.decide(program, 0.0, -1, -1, NO_RECORD, f, y)
     for below in (1e-3, 0.1, 0.999 * abs(z) if np.isfinite(z) else 0.5, 1.001 * abs(z) + 1e-3, 3.0):
         if not np.isfinite(below):
             continue
-        how, bound, _, other = decide_columns(env, q, tips, f_max, below, g, y)
+        how, bound, _, other = modes.decide(program, below, -1, -1, NO_RECORD, g, y)
         if end == modes.STABLE and z >= below:
             assert (how, other) == (end, mask)
             assert bound == pytest.approx(z, rel=1e-8)

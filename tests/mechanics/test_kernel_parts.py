@@ -12,11 +12,12 @@ from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.blocks import joint_margin
 from gm_ompl.mechanics.certificate import separates_environment, upper_bound
-from gm_ompl.mechanics.instant import DIRECTIONS, instant_columns
+from gm_ompl.mechanics.instant import instant_program
 from gm_ompl.mechanics.internal_force import FAILS, PASSES, separate
 from gm_ompl.mechanics.master import best_command
-from gm_ompl.mechanics.stability import REACHED, new_tableau, position_margin
+from gm_ompl.mechanics.stability import REACHED, position_margin
 from gm_ompl.mechanics.tableau import FEASIBLE
+from gm_ompl.mechanics.tau import new_tableau
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -58,7 +59,7 @@ def test_best_command(seed: int) -> None:
     )  # fmt: skip
     f = np.empty(n)
     which, weights = np.empty(1 + n, dtype=np.int64), np.empty(1 + n)
-    z = best_command(h, c, s, K, limits, n, f, which, weights)
+    z = best_command(h, c, s, limits, f, which, weights)
     used = which >= 0
     total, on = weights[used] @ c[which[used]], weights[used] @ s[which[used]]
     assert weights[used] @ h[which[used]] == pytest.approx(1.0)
@@ -76,10 +77,10 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
     With all that limit z among them it is the same; a few directions alone can only allow more.
     """
     rng = np.random.default_rng(seed)
-    env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
+    program = instant_program(instances.random_instance(rng, 2))
     force = np.array([True, seed % 2 == 0])
     mask = sum(1 << i for i in range(2) if not force[i])
-    end, z, direction = margin(env, q, tips, f_max, mask, 0.0, np.zeros(2))
+    end, z, direction = margin(program, mask, 0.0, np.zeros(2))
     if end != modes.STABLE or z < 1e-6:
         return
     chosen, count = np.zeros(24, dtype=np.int64), 1
@@ -87,11 +88,9 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
     before = np.inf
     for i in rng.permutation(76)[:10]:
         g, Y = np.zeros(2), np.zeros((24, 6))
-        solved, joint = joint_margin(
-            env, q, tips, f_max, force, DIRECTIONS, chosen, count, FEASIBLE, g, Y
-        )
+        solved, joint = joint_margin(program, force, chosen[:count], FEASIBLE, g, Y)
         assert solved
-        bound = upper_bound(q, tips, f_max, force, DIRECTIONS, Y[:count])
+        bound = upper_bound(program, force, Y[:count])
         assert z * (1.0 - 1e-7) <= bound <= joint * (1.0 + 1e-7) + 1e-9
         # joint = 0 stands for "tau is nothing": the chosen directions do not limit z.
         if joint > 0.0:
@@ -106,17 +105,14 @@ def test_joint_program(seed: int, instances: ModuleType) -> None:
 def test_a_short_look_bounds_z(seed: int, instances: ModuleType) -> None:
     """A pass without patience: never below z, and never BELOW where z reaches the threshold."""
     rng = np.random.default_rng(seed)
-    env, q, tips, f_max = instant_columns(instances.random_instance(rng, 2))
-    y, w = np.zeros(6), np.zeros(6)
-    wide = separates_environment(env, w)
-    room = new_tableau(len(tips), len(env), tips.shape[1])
-    end, z, _ = position_margin(env, q, tips, f_max, DIRECTIONS, 0.0, True, room, w, wide, y)
+    program, y = instant_program(instances.random_instance(rng, 2)), np.zeros(6)
+    separation = separates_environment(program.env)
+    room = new_tableau(len(program.tips), len(program.env), program.tips.shape[1])
+    end, z, _ = position_margin(program, separation, 0.0, True, room, y)
     if end != REACHED or z <= 0.0:
         return
     for below in (0.5 * z, 0.999 * z, 1.001 * z, 2.0 * z):
-        how, bound, _ = position_margin(
-            env, q, tips, f_max, DIRECTIONS, below, False, room, w, wide, y
-        )
+        how, bound, _ = position_margin(program, separation, below, False, room, y)
         assert bound >= z * (1.0 - 1e-9)
         if below < z:
             assert how == REACHED

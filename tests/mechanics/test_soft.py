@@ -12,7 +12,7 @@ from gm_ompl.contact.decision import Outcome
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
-from gm_ompl.mechanics.instant import decide_instant, instant_columns, prove_instant
+from gm_ompl.mechanics.instant import decide_instant, instant_program, prove_instant
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.reference.proof import proven_decision
 from gm_ompl.reference.statics import force_unit, statics
@@ -101,8 +101,8 @@ def test_a_point_beside_soft_fingers_stays_one() -> None:
 
 def _best_under_force_control(instant: Instant) -> tuple[int, float]:
     """Return how the set of no position-controlled finger ends, and z over the unit of force."""
-    env, q, tips, f_max = instant_columns(instant)
-    end, z, _ = margin(env, q, tips, f_max, 0, 0.0, np.zeros(len(f_max)))
+    program = instant_program(instant)
+    end, z, _ = margin(program, 0, 0.0, np.zeros(len(program.f_max)))
     return end, z if end == modes.STABLE else 0.0
 
 
@@ -157,7 +157,7 @@ def test_columns_are_the_definition() -> None:
     """Beside s edges: unit normal force with a moment of +-mu L about the normal; by hand."""
     instant = soft_instance(11)
     instant = dataclasses.replace(instant, soft=np.full(len(instant.points), 0.25))
-    _, _, tips, _ = instant_columns(instant)
+    tips = instant_program(instant).tips
     model = statics(instant)
     assert len(tips) > 0
     for i, (p, n) in enumerate(zip(instant.points, instant.normals, strict=True)):

@@ -9,10 +9,19 @@ from scipy.optimize import linprog
 from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.mechanics.resistance import new_resistance, written_out
 from gm_ompl.mechanics.sides import SIDES, number
-from gm_ompl.mechanics.simplex import EXCEEDED, INFEASIBLE, SOLVED, search_directions
+from gm_ompl.mechanics.simplex import (
+    EXCEEDED,
+    INFEASIBLE,
+    SOLVED,
+    Care,
+    Target,
+    search_directions,
+)
 from gm_ompl.mechanics.tableau import FEASIBLE, NEVER, PIVOT
+from gm_ompl.mechanics.tau import Tableau
 
 M, N = 6, 22
+CARE = Care(PIVOT, FEASIBLE, False)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -33,9 +42,8 @@ def test_the_worst_direction(seed: int) -> None:
     d = np.zeros(N + M + SIDES)
     d[0] = 1.0
     y, found = np.empty(M), new_resistance(M)
-    end, code, tau = search_directions(
-        T, d, np.arange(N, N + M), M, N, 1.0, np.inf, 0.0, NEVER, PIVOT, FEASIBLE, False, y, found
-    )
+    tableau = Tableau(raw, T, d, np.arange(N, N + M), y, found)
+    end, code, tau = search_directions(tableau, 1.0, Target(np.inf, 0.0, NEVER), CARE)
     side = DIRECTIONS[number(code)]
     if max(taus) == np.inf:
         assert end == INFEASIBLE
@@ -62,9 +70,7 @@ def test_it_stops_where_the_limit_is_passed() -> None:
     for s in range(SIDES):
         T[:, n + M + s] = DIRECTIONS[number(2 * s)]
     d[0] = 1.0
-    end, _, tau = search_directions(
-        T, d, np.arange(n, n + M), M, n, 1.0, 0.01, 0.0, NEVER, PIVOT, FEASIBLE, False,
-        np.empty(M), new_resistance(M),
-    )  # fmt: skip
+    tableau = Tableau(raw, T, d, np.arange(n, n + M), np.empty(M), new_resistance(M))
+    end, _, tau = search_directions(tableau, 1.0, Target(0.01, 0.0, NEVER), CARE)
     assert end == EXCEEDED
     assert tau > 0.01

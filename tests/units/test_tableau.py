@@ -46,9 +46,9 @@ def test_who_enters() -> None:
     """The least ratio, of equal ones the largest pivot; nobody where no entry has the sign."""
     T = np.array([[-1.0, -2.0, -4.0, 1.0, 1.0]])
     d = np.array([1.0, 1.0, 2.0, 1.0, 0.0])
-    assert entering(T, d, 4, 0, 1.0, PIVOT, False, np.empty(4)) == 2
-    assert entering(T, d, 4, 0, 1.0, PIVOT, True, np.empty(4)) == 1
-    assert entering(np.abs(T), d, 4, 0, 1.0, PIVOT, False, np.empty(4)) == -1
+    assert entering(T, d, 0, 1.0, PIVOT, False, np.empty(4)) == 2
+    assert entering(T, d, 0, 1.0, PIVOT, True, np.empty(4)) == 1
+    assert entering(np.abs(T), d, 0, 1.0, PIVOT, False, np.empty(4)) == -1
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -59,7 +59,7 @@ def test_one_right_hand_side(seed: int) -> None:
     if seed % 2:
         columns[0] = T[0, :N] = np.abs(columns[0])  # then b[0] < 0 has no solution
     costs, b, x, y = d[:N].copy(), rng.normal(size=M), np.empty(M), np.empty(M)
-    found = feasible(T, d, basis, M, N, N + M, b, FEASIBLE, x, y)
+    found = feasible(T, d, basis, b, FEASIBLE, x, y)
     expected = linprog(costs, A_eq=columns, b_eq=b)
     assert found == (1 if expected.success else 0)
     if expected.success:
