@@ -22,7 +22,7 @@ from gm_ompl.mechanics.central import Answer, settle_commands
 from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
-from gm_ompl.mechanics.program import Program
+from gm_ompl.mechanics.program import Program, Touch
 from gm_ompl.problem import Placements, Problem
 
 Key: TypeAlias = tuple[int, Placements, Placements]
@@ -135,8 +135,9 @@ class KernelBackend:
         load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
         rows = np.array(placements, dtype=np.int64)
         if self._cases is None:
-            program = self._program(environment, hand, rows)
-            answer = modes.decide(program, below / self.scale, -1, -1, NO_RECORD, f_com, y)
+            env, f_max = self._env[environment], self._f_max
+            touch = Touch(env, load, self._tips, f_max, DIRECTIONS, hand, rows)
+            answer = modes.decide(touch, below / self.scale, -1, -1, NO_RECORD, f_com, y)
         else:
             answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
             load = self._cases.load(environment, number)

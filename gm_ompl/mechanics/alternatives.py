@@ -24,7 +24,7 @@ from gm_ompl.mechanics.certificate import (
     separates_environment,
 )
 from gm_ompl.mechanics.equilibrium import balance
-from gm_ompl.mechanics.instant import as_decision, as_mask, instant_program
+from gm_ompl.mechanics.instant import as_decision, as_mask, instant_program, touching
 from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE, Target
@@ -45,7 +45,9 @@ def margin(program: Program, mask: int, below: float, f: Array) -> tuple[int, fl
     Returns:
         How it ended (see ``modes.decide``), z (or its bound, never below 0), the direction.
     """
-    end, z, direction, _ = modes.decide(program, below, -1, mask, NO_RECORD, f, np.zeros(6))
+    end, z, direction, _ = modes.decide(
+        touching(program), below, -1, mask, NO_RECORD, f, np.zeros(6)
+    )
     return end, max(z, 0.0), direction
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled
 from gm_ompl.mechanics.certificate import Record
-from gm_ompl.mechanics.modes import at_placements, decide
-from gm_ompl.mechanics.program import Program
+from gm_ompl.mechanics.modes import decide
+from gm_ompl.mechanics.program import Touch
 
 
 class States(NamedTuple):
@@ -89,11 +89,11 @@ def decide_rows(
     record = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
     for k in range(len(which)):
         state = which[k]
-        program = Program(
+        touch = Touch(
             states.env[states.first[state] : states.first[state + 1]], states.loads[state],
-            at_placements(states.tips, hand, rows[k]), states.f_max, states.L,
+            states.tips, states.f_max, states.L, hand, rows[k],
         )  # fmt: skip
         how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
-            program, below, -1, -1, record, answers.commands[k], answers.wrenches[k]
+            touch, below, -1, -1, record, answers.commands[k], answers.wrenches[k]
         )
         answers.ends[k] = how

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.internal_force import PASSES, separate
 from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.mechanics.resistance import Resistance, written_out
@@ -62,7 +62,9 @@ def write_down(
         return
     record.sets[j] = mask
     record.wrenches[j] = 0.0
-    record.wrenches[j, : len(Y)] = Y
+    for k in range(len(Y)):
+        for t in range(6):
+            record.wrenches[j, k, t] = Y[k, t]
     if solved:
         written_out(found, record.solutions[j])
 
@@ -156,7 +158,7 @@ def upper_bound(program: Program, force: BoolArray, Y: Array) -> float:
     return constant / h if h > 0.0 else np.inf
 
 
-@compiled
+@inlined
 def unattained(program: Program, force: BoolArray, y: Array) -> float:
     """Return by how much at least any forces miss equilibrium, as y (6,) in the polar proves."""
     square = 0.0

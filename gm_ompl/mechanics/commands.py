@@ -54,7 +54,7 @@ def _among(value: int, chosen: IntArray, count: int) -> bool:
     return found
 
 
-@compiled
+@inlined
 def _last_met(cuts: Cuts, most: int, chosen: IntArray) -> int:
     """Write the last directions met, each once, the ``most`` at most; return how many."""
     count = 0 * most
@@ -65,7 +65,7 @@ def _last_met(cuts: Cuts, most: int, chosen: IntArray) -> int:
     return count
 
 
-@compiled
+@inlined
 def _joined(
     program: Program, separation: Separation, force: BoolArray, chosen: IntArray,
     tolerance: float, f: Array, Y: Array,

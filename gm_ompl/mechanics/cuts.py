@@ -49,9 +49,9 @@ class CutTables(NamedTuple):
 
 @inlined
 def write_cut(
-    q: Array, y: Array, L: Array, columns: Array, f_max: Array, row: Array, terms: Array
+    q: Array, y: Array, L: Array, columns: Array, f_max: Array, at: int, terms: Array
 ) -> float:
-    """Write T_i(g) / h_P(y), (kinds, P), with room ``row`` (P,) to work in; return c / h_P(y)."""
+    """Write T_i(g) / h_P(y) at place ``at`` of terms (kinds, P, BLOCK); return c / h_P(y)."""
     n, s, P = columns.shape[0], columns.shape[1], columns.shape[3]
     reach, constant = 0.0, 0.0
     for i in range(len(L)):
@@ -63,6 +63,7 @@ def write_cut(
         return np.inf
     for t in range(6):
         constant += q[t] * y[t]
+    row = np.empty(P)
     y0, y1, y2, y3, y4, y5 = y[0], y[1], y[2], y[3], y[4], y[5]
     for i in range(n):
         for g in range(P):
@@ -76,7 +77,7 @@ def write_cut(
                 )
                 row[g] = max(row[g], dot)
         for g in range(P):
-            terms[i, g] = row[g] * f_max[i] / reach
+            terms[i, g, at] = row[g] * f_max[i] / reach
     return constant / reach
 
 
@@ -95,10 +96,10 @@ def write_cuts(
         f_max: (kinds,).
         cuts: output: constants, +inf where y is no cut as h_P(y) is not positive, and terms.
     """
-    constants, terms, row = cuts.constants, cuts.terms, np.empty(columns.shape[3])
+    constants, terms = cuts.constants, cuts.terms
     for k in range(len(places)):
         b, at = places[k, 0], places[k, 1]
-        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, row, terms[b, :, :, at])
+        constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, at, terms[b])
 
 
 @compiled

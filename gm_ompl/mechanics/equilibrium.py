@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import Record, into_polar, write_down
 from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.mechanics.resistance import new_resistance
@@ -15,7 +15,7 @@ from gm_ompl.mechanics.tableau import CAREFUL, FEASIBLE, feasible
 from gm_ompl.mechanics.tau import fill
 
 
-@compiled
+@inlined
 def equilibrium(program: Program, separation: Separation, record: Record, f: Array) -> int:
     """Whether any forces within the limits balance the load; ``f`` (n,) gets the normal forces.
 
@@ -82,7 +82,7 @@ def balance(
     return FAILED
 
 
-@compiled
+@inlined
 def _missed(program: Program, force: BoolArray, commands: Array, y: Array) -> float:
     """Return by how much at least any forces miss equilibrium, as y (6,) in the polar proves."""
     square, slopes, j = 0.0, np.zeros(len(force)), 0
@@ -96,7 +96,7 @@ def _missed(program: Program, force: BoolArray, commands: Array, y: Array) -> fl
     return -work / np.sqrt(square) if square > 0.0 else 0.0
 
 
-@compiled
+@inlined
 def _unbalanced(raw: Array, k: Array, b: Array) -> float:
     """Return |A k - b|, the largest of its entries."""
     worst = 0.0

@@ -13,7 +13,7 @@ from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.central import settle_commands
 from gm_ompl.mechanics.certificate import NO_RECORD, Record, record_of
-from gm_ompl.mechanics.program import Program
+from gm_ompl.mechanics.program import Program, Touch
 
 OUTCOMES = {
     modes.INTERNAL_FORCE: Outcome.INTERNAL_FORCE,
@@ -74,6 +74,13 @@ def instant_program(instant: Instant) -> Program:
     return Program(env, q, np.ascontiguousarray(tips[:, 0]), f_max, DIRECTIONS)
 
 
+def touching(program: Program) -> Touch:
+    """Return all fingers of a program, each at its only placement."""
+    env, q, tips, f_max, L = program
+    n = len(tips)
+    return Touch(env, q, tips[:, None], f_max, L, np.arange(n), np.zeros(n, dtype=np.int64))
+
+
 def decide_instant(
     instant: Instant, previous: tuple[ControlMode, ...] | None = None
 ) -> ModeDecision:
@@ -100,7 +107,7 @@ def prove_instant(instant: Instant) -> tuple[ModeDecision, Record]:
 def _decided(instant: Instant, program: Program, previous: int, record: Record) -> ModeDecision:
     """Decide, in the instant's units of force; ``previous`` is a mask, -1 for none."""
     f_com = np.zeros(len(program.f_max))
-    answer = modes.decide(program, 0.0, previous, -1, record, f_com, np.zeros(6))
+    answer = modes.decide(touching(program), 0.0, previous, -1, record, f_com, np.zeros(6))
     settle_commands(program, answer, f_com)
     decision = as_decision(*answer, f_com.tolist(), instant.force_scale)
     if decision is None:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import into_polar, upper_bound
 from gm_ompl.mechanics.master import best_command
 from gm_ompl.mechanics.program import Program, Separation
@@ -130,7 +130,7 @@ def tightest(j: int, nf: int, cuts: Cuts) -> tuple[float, int]:
     return least, which
 
 
-@compiled
+@inlined
 def settle(j: int, nf: int, sets: ModeSets, cuts: Cuts) -> None:
     """Write set j's z and what limits it: its trial reaches the bound."""
     z, which = tightest(j, nf, cuts)
@@ -138,7 +138,7 @@ def settle(j: int, nf: int, sets: ModeSets, cuts: Cuts) -> None:
     sets.limiting[j] = cuts.met[which]
 
 
-@compiled
+@inlined
 def cuts_off(j: int, nf: int, cuts: Cuts) -> bool:
     """Whether the cuts exclude set j's trial, as the last one should."""
     bound = cuts.bounds[j]
@@ -193,7 +193,7 @@ def add_cut(
     return True
 
 
-@compiled
+@inlined
 def next_trial(j: int, caps: Array, cuts: Cuts, which: IntArray, weights: Array) -> float:
     """Write the f_com with the largest z under all cuts as set j's trial, and return that z.
 
@@ -208,7 +208,7 @@ def next_trial(j: int, caps: Array, cuts: Cuts, which: IntArray, weights: Array)
     return z
 
 
-@compiled
+@inlined
 def heed(program: Program, force: BoolArray, caps: Array, j: int, cuts: Cuts) -> float:
     """Let set j heed all cuts: its next trial and its bound on z, which is returned.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 
 _TOLERANCE = 1e-12
 _DANTZIG_STEPS = 200
@@ -13,7 +13,7 @@ _DANTZIG_STEPS = 200
 _MAX_STEPS = 2000
 
 
-@compiled
+@inlined
 def _columns(h: Array, c: Array, s: Array, f_max: Array, T: Array, cost: Array) -> None:
     """Fill the dual program: min c.mu + f_max.nu, h.mu = 1, nu_f - slack_f = sum_j s_jf mu_j."""
     K, n = len(h), len(f_max)
@@ -49,7 +49,7 @@ def _bring_in(T: Array, cost: Array, m: int, W: int, r: int, j: int) -> None:
         cost[t] -= factor * T[r, t]
 
 
-@compiled
+@inlined
 def _leaving(T: Array, j: int) -> int:
     """Return the row to leave where column j enters, -1 for none."""
     m, N = len(T), T.shape[1] - 1
@@ -60,7 +60,7 @@ def _leaving(T: Array, j: int) -> int:
     return r
 
 
-@compiled
+@inlined
 def _entering(cost: Array, bland: bool) -> int:
     """Return the column to enter, -1 for none: the least reduced cost, or the first below 0."""
     best, j = -_TOLERANCE, -1

@@ -18,7 +18,7 @@ from gm_ompl.mechanics.commands import TIE, best_commands
 from gm_ompl.mechanics.equilibrium import equilibrium
 from gm_ompl.mechanics.internal_force import FAILS, MARGINAL, PASSES, separate
 from gm_ompl.mechanics.kelley import ModeSets, mode_sets
-from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.program import Program, Separation, Touch
 from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, position_margin
 from gm_ompl.mechanics.tau import UNUSED, Tableau, new_tableau
 
@@ -37,6 +37,16 @@ def at_placements(table: Array, hand: IntArray, rows: IntArray) -> Array:
             for t in range(6):
                 tips[i, k, t] = table[hand[i], rows[i], k, t]
     return tips
+
+
+@compiled
+def _program_of(touch: Touch) -> Program:
+    """Return the data of fingers at their placements."""
+    env, q, table, f_max, L, hand, rows = touch
+    limits = np.empty(len(hand))
+    for i in range(len(hand)):
+        limits[i] = f_max[hand[i]]
+    return Program(env, q, at_placements(table, hand, rows), limits, L)
 
 
 @compiled
@@ -136,7 +146,7 @@ def ask_squeeze(env: Array, tips: Array, mask: int) -> tuple[int, Separation]:
     return end, separates_environment(env) if end == FAILS else Separation(w, margin)
 
 
-@compiled
+@inlined
 def chosen(end: int, bound: float, sets: ModeSets, f_com: Array) -> tuple[int, float, int, int]:
     """Return (end, z or its bound, direction, mask) of the best of sets; write its f_com (n,).
 
@@ -172,12 +182,12 @@ def _commanded(
 
 @compiled
 def decide(
-    program: Program, below: float, previous: int, only: int, record: Record, f_com: Array, y: Array
+    touch: Touch, below: float, previous: int, only: int, record: Record, f_com: Array, y: Array
 ) -> tuple[int, float, int, int]:
-    """Decide Sec. 3.4 for some fingers at an instant, and prove it.
+    """Decide Sec. 3.4 for fingers at some of their placements, and prove it.
 
     Args:
-        program: what acts, and the fingers that touch.
+        touch: what acts, and the fingers.
         below: threshold; 0 decides exactly.
         previous: mask of the previous segment, preferred among ties; -1 for none.
         only: mask of the one set to consider, which must pass (5); -1 for all.
@@ -189,6 +199,7 @@ def decide(
     Returns:
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
+    program = _program_of(touch)
     env, tips, n = program.env, program.tips, len(program.tips)
     everyone = (1 << n) - 1
     f_com[:], y[:] = 0.0, 0.0

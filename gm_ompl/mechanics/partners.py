@@ -8,14 +8,7 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.certificate import Record
 from gm_ompl.mechanics.internal_force import FAILS, separate
-from gm_ompl.mechanics.modes import (
-    STABLE,
-    UNDER,
-    UNPROVEN,
-    at_placements,
-    decide,
-    unit_columns,
-)
+from gm_ompl.mechanics.modes import STABLE, UNDER, UNPROVEN, decide, unit_columns
 from gm_ompl.mechanics.partner_cuts import (
     LOST,
     Found,
@@ -27,7 +20,7 @@ from gm_ompl.mechanics.partner_cuts import (
 )
 from gm_ompl.mechanics.partner_survivors import clear, lowered, survivors
 from gm_ompl.mechanics.partner_sweeps import PartnerRoom, Places, bases_without, pressed_sweep
-from gm_ompl.mechanics.program import Program
+from gm_ompl.mechanics.program import Touch
 
 
 @compiled
@@ -75,9 +68,8 @@ def _decided(
     n = len(rows)
     f_com, y, everyone = np.empty(n), np.zeros(6), (1 << n) - 1
     record.sets[:] = -1
-    tips = at_placements(ask.table, np.arange(n), rows)
-    program = Program(ask.env, ask.q, tips, ask.f_max, ask.L)
-    end, z, _, mask = decide(program, threshold(best), -1, -1, record, f_com, y)
+    touch = Touch(ask.env, ask.q, ask.table, ask.f_max, ask.L, np.arange(n), rows)
+    end, z, _, mask = decide(touch, threshold(best), -1, -1, record, f_com, y)
     found.counts[0] += 1
     if end == UNPROVEN:
         if found.counts[1] < LOST:

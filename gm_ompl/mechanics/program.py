@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, IntArray
 
 
 class Program(NamedTuple):
@@ -23,6 +23,28 @@ class Program(NamedTuple):
     tips: Array
     f_max: Array
     L: Array
+
+
+class Touch(NamedTuple):
+    """The same for fingers at some of their placements.
+
+    Attributes:
+        env: (e, 6), the environment's columns.
+        q: (6,), the load.
+        table: (N, P, s, 6), all fingers' columns for unit normal force at all placements.
+        f_max: (N,).
+        L: (76, 6), the directions l_i.
+        hand: (n,), the fingers that touch.
+        rows: (n,), where.
+    """
+
+    env: Array
+    q: Array
+    table: Array
+    f_max: Array
+    L: Array
+    hand: IntArray
+    rows: IntArray
 
 
 class Separation(NamedTuple):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.sides import SIDES, number
 
 EIGHT = 8
@@ -142,7 +142,7 @@ def lower_bound(raw: Array, cost: float, L: Array, found: Resistance) -> float:
     return _least(cost, sums[0], sums[1], sums[2])
 
 
-@compiled
+@inlined
 def _least(cost: float, taus: Array, squares: Array, moved: Array) -> float:
     """Return min_i (1 - |r_i|) / tau_i, or 0, from what ``_add_up`` wrote."""
     for c in range(2 * SIDES):
@@ -212,7 +212,7 @@ def _add_up(
                 balance[np.uint64(basis[opposite, r])] += x[opposite, r]
 
 
-@compiled
+@inlined
 def _longest(raw: Array, i: int) -> float:
     """Return the norm of the longest wrench among the columns with an entry 1 in row i."""
     best = 0.0

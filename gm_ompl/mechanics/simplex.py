@@ -168,7 +168,7 @@ def search_directions(tableau: Tableau, cost: float, target: Target, care: Care)
         slow = care.bland or here > DANTZIG_STEPS + N
         end = _step(T, d, basis, first + S, side, Care(care.least, care.overlooked, slow), room)
         if end != SOLVED:
-            if end == INFEASIBLE:
-                y[:] = side
+            for r in range(m if end == INFEASIBLE else 0):
+                y[r] = side[r]
             return end, 2 * slots[now // 2] + now % 2, np.inf
     return TROUBLE, -1, 0.0

@@ -4,8 +4,8 @@ A process compiles one function at a time. So another one compiles what the mode
 its edges, and keeps it on disk; this one meanwhile compiles the simplex, what lanes, hubs, routes
 and swept tests need, and then the decision, which takes the other's work from there. The calls
 below compute next to nothing: they are there for the types of their arguments. What few scenarios
-ask for is compiled when they do: commands where z_min is 0, several cases, z_strong, the contact
-lattice.
+ask for is compiled when they do: cells of placements, commands where z_min is 0, several cases,
+z_strong, the contact lattice.
 """
 
 from __future__ import annotations
@@ -34,22 +34,23 @@ from gm_ompl.mechanics import (
     certificate,
     equilibrium,
     kelley,
+    master,
     modes,
     resistance,
     sides,
     simplex,
     tableau,
     tau,
-    trials,
 )
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import joint_margin
 from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_points
 from gm_ompl.mechanics.cuts import CutPool, CutTables
-from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.instant import DIRECTIONS, touching
 from gm_ompl.mechanics.program import Program, Separation
 from gm_ompl.planners import lane_sources
+from gm_ompl.planners.lane_parts import CellPart, part_class
 from gm_ompl.problem import Problem
 
 # A unit weight on one contact, and one finger of three columns pressing down.
@@ -75,6 +76,8 @@ def prepare(problem: Problem) -> None:
     with subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet) as other:
         try:
             decision()
+            if part_class(problem) is CellPart:
+                cells()
             waiting = time.monotonic()
             other.wait()
             clock.stand_still(time.monotonic() - waiting)
@@ -90,9 +93,8 @@ def decision() -> None:
     Alternatives(1.0, PROGRAM).at((ControlMode.FORCE,), np.zeros(1))
     hubs_and_routes()
     lanes()
-    cells()
     sweeps()
-    modes.decide(PROGRAM, 0.0, -1, -1, certificate.NO_RECORD, np.zeros(1), np.zeros(6))
+    modes.decide(touching(PROGRAM), 0.0, -1, -1, certificate.NO_RECORD, np.zeros(1), np.zeros(6))
 
 
 def _tableau() -> tau.Tableau:
@@ -117,18 +119,16 @@ def edges() -> None:
     none, masks = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
     _, separation = modes.ask_squeeze(ENV, TIPS, 0)
+    equilibrium.balance(PROGRAM, separation, force, f, np.zeros(6), one)
     joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
-    equilibrium.equilibrium(PROGRAM, separation, certificate.record_of(0, 0), f)
     _proofs(raw, cost, basis)
     certificate.proven(0.0, 1.0)
     sets = kelley.mode_sets(masks, 1)
-    trials.plant(tau.new_tableau(1, 1, 3), masks, tau.new_work(1, 1, 1, 3))
     cuts = kelley.no_cuts(1, F_MAX, sets)
-    trials.take_up(0, F_MAX, sets, cuts, force, f)
     kelley.add_cut(PROGRAM, separation, y, masks, cuts)
-    kelley.heed(PROGRAM, force, one, 0, cuts)
-    kelley.settle(0, 1, sets, cuts)
-    kelley.cuts_off(0, 1, cuts)
+    kelley.tightest(0, 1, cuts)
+    master.best_command(one, f, np.zeros((1, 1)), one, f, np.zeros(2, dtype=np.int64), np.zeros(2))
+    tau.new_work(1, 1, 1, 3)
 
 
 def _proofs(raw: Array, cost: float, basis: IntArray) -> None:

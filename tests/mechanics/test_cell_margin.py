@@ -14,7 +14,7 @@ from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns
 from gm_ompl.mechanics.certificate import NO_RECORD, separates_environment
 from gm_ompl.mechanics.cuts import state_bound
-from gm_ompl.mechanics.instant import DIRECTIONS
+from gm_ompl.mechanics.instant import DIRECTIONS, touching
 from gm_ompl.mechanics.modes import decide
 from gm_ompl.mechanics.program import Program
 from gm_ompl.problem import Problem
@@ -87,7 +87,7 @@ def test_no_point_of_a_cell_is_better(name: str) -> None:
         assert z <= max(bound, 0.0) + slack  # where it is -inf, both are bounds alone
         single = np.ascontiguousarray(tips[:, : side.shape[2]])
         program, f_com = Program(env, q, single, f_max, DIRECTIONS), np.zeros(len(f_max))
-        _, best, _, _ = decide(program, 0.0, -1, -1, NO_RECORD, f_com, np.zeros(6))
+        _, best, _, _ = decide(touching(program), 0.0, -1, -1, NO_RECORD, f_com, np.zeros(6))
         assert best <= bound + slack
         stable += best > 0.0
         rows: IntArray = np.arange(len(f_max))

@@ -15,7 +15,7 @@ from gm_ompl.errors import ShapeError
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.alternatives import margin
 from gm_ompl.mechanics.certificate import NO_RECORD
-from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_program
+from gm_ompl.mechanics.instant import DIRECTIONS, decide_instant, instant_program, touching
 from gm_ompl.mechanics.internal_force import FAILS, separate
 from gm_ompl.reference.modes import all_mode_sets, decide_modes
 from gm_ompl.reference.stability import DIRECTIONS as PAPERS_DIRECTIONS
@@ -65,11 +65,11 @@ def test_a_threshold_changes_no_answer_above_it(seed: int, instances: ModuleType
     instant = instances.random_instance(rng, int(rng.integers(1, 4)))
     program, y = instant_program(instant), np.zeros(6)
     f, g = np.zeros(len(program.f_max)), np.zeros(len(program.f_max))
-    end, z, _, mask = modes.decide(program, 0.0, -1, -1, NO_RECORD, f, y)
+    end, z, _, mask = modes.decide(touching(program), 0.0, -1, -1, NO_RECORD, f, y)
     for below in (1e-3, 0.1, 0.999 * abs(z) if np.isfinite(z) else 0.5, 1.001 * abs(z) + 1e-3, 3.0):
         if not np.isfinite(below):
             continue
-        how, bound, _, other = modes.decide(program, below, -1, -1, NO_RECORD, g, y)
+        how, bound, _, other = modes.decide(touching(program), below, -1, -1, NO_RECORD, g, y)
         if end == modes.STABLE and z >= below:
             assert (how, other) == (end, mask)
             assert bound == pytest.approx(z, rel=1e-8)

@@ -20,7 +20,7 @@ import os
 from gm_ompl import api
 from gm_ompl.planners import prepare
 from gm_ompl import compiled
-prepare.edges(), prepare.decision()
+prepare.edges(), prepare.decision(), prepare.cells()
 before = compiled.compiled_versions()
 for name, planner in (("slide", "astar"), ("regrasp", "astar"), ("regrasp", "HybridRRTConnect")):
     api.plan(f"paper/{name}", planner, max_iterations=300, time_limit=10.0)
