@@ -85,15 +85,14 @@ def decide_rows(
         rows: (K, n), its placements.
         answers: output.
     """
-    hand = np.arange(len(states.f_max))
+    # Taken apart once: numba counts every use of every array of a tuple.
+    env, first, loads, tips, f_max, L = states
+    ends, zs, directions, masks, commands, wrenches, _ = answers
+    hand = np.arange(len(f_max))
     record = Record(np.empty(0, np.int64), np.empty((0, 0, 6)), np.empty((0, 0, 0)))
     for k in range(len(which)):
-        state = which[k]
-        touch = Touch(
-            states.env[states.first[state] : states.first[state + 1]], states.loads[state],
-            states.tips, states.f_max, states.L, hand, rows[k],
-        )  # fmt: skip
-        how, answers.zs[k], answers.directions[k], answers.masks[k] = decide(
-            touch, below, -1, -1, record, answers.commands[k], answers.wrenches[k]
+        begin, end = first[which[k]], first[which[k] + 1]
+        touch = Touch(env[begin:end], loads[which[k]], tips, f_max, L, hand, rows[k])
+        ends[k], zs[k], directions[k], masks[k] = decide(
+            touch, below, -1, -1, record, commands[k], wrenches[k]
         )
-        answers.ends[k] = how

@@ -164,39 +164,50 @@ def best_commands(
     n, masks, zs, f_max = len(program.tips), sets.masks, sets.zs, program.f_max
     work = new_work(len(masks), n, len(program.env), program.tips.shape[1])
     force, caps, cuts = np.empty(n, dtype=np.bool_), np.empty(n), no_cuts(MAX_CUTS, f_max, sets)
+    # Taken apart once: numba counts every use of every array of a tuple.
+    filled, _, _, _, _, _, heeded, bounds, _, proofs, _, _, passes = cuts
     plant(seed, masks, work)
     add_cut(program, separation, first, masks, cuts)
     while True:
-        j = next_set(zs, cuts.bounds, below)
+        j = next_set(zs, bounds, below)
         if j == len(masks):
             break
         nf = take_up(j, f_max, sets, cuts, force, caps)
-        if cuts.heeded[j] < cuts.filled[0]:
+        if heeded[j] < filled[0]:
             _heed(program, force, caps[:nf], j, sets, cuts)
-        elif cuts.passes[j] == MAX_PASSES or cuts.filled[0] == MAX_CUTS:
-            least = max(below, zs.max() * (1.0 - 2.0 * TIE))
-            end, cuts.bounds[j], sets.limiting[j], cuts.held[j], cuts.proven[j] = _joint(
-                program, separation, least, j, sets, cuts, record
-            )
-            if end == FAILED:
+        elif passes[j] == MAX_PASSES or filled[0] == MAX_CUTS:
+            if _join(program, separation, below, j, sets, cuts, record) == FAILED:
                 return FAILED, np.inf
-            if end == REACHED:
-                zs[j] = cuts.bounds[j]
         else:
             end = try_command(program, force, j, sets.commands[j], cuts, work)
             if end == TROUBLE:
                 return FAILED, np.inf
-            if end == SOLVED and cuts.bounds[j] < np.inf:
-                write_down(record, j, masks[j], cuts.proofs[j], work.found, True)
+            if end == SOLVED and bounds[j] < np.inf:
+                write_down(record, j, masks[j], proofs[j], work.found, True)
                 settle(j, nf, sets, cuts)
             elif not add_cut(program, separation, work.y, masks, cuts):
                 return UNBOUNDED, np.inf
             elif not cuts_off(j, nf, cuts):
-                cuts.passes[j] = MAX_PASSES
+                passes[j] = MAX_PASSES
     for j in range(min(len(masks), len(record.sets))):
         if record.sets[j] < 0:
-            write_down(record, j, masks[j], cuts.proofs[j], work.found, False)
+            write_down(record, j, masks[j], proofs[j], work.found, False)
     return all_proven(zs, cuts, below)
+
+
+@inlined
+def _join(
+    program: Program, separation: Separation, below: float, j: int, sets: ModeSets, cuts: Cuts,
+    record: Record,
+) -> int:  # fmt: skip
+    """Find set j's z by ``_joint``, unless it is worse than what is known; return how it ended."""
+    least = max(below, sets.zs.max() * (1.0 - 2.0 * TIE))
+    end, cuts.bounds[j], sets.limiting[j], cuts.held[j], cuts.proven[j] = _joint(
+        program, separation, least, j, sets, cuts, record
+    )
+    if end == REACHED:
+        sets.zs[j] = cuts.bounds[j]
+    return end
 
 
 @inlined

@@ -90,7 +90,7 @@ def force_control(mask: int, force: BoolArray) -> None:
 def mode_sets(masks: IntArray, n: int) -> ModeSets:
     """Return sets of modes (sets,) of n fingers, of which nothing is known."""
     sets = len(masks)
-    return ModeSets(masks, np.full(sets, -1.0), np.empty(sets, dtype=np.int64), np.empty((sets, n)))
+    return ModeSets(masks, np.empty(sets), np.empty(sets, dtype=np.int64), np.empty((sets, n)))
 
 
 @compiled
@@ -101,9 +101,10 @@ def no_cuts(K: int, most: Array, sets: ModeSets) -> Cuts:
     """
     count, n = len(sets.masks), len(most)
     trials, force = np.empty((count, n)), np.empty(n, dtype=np.bool_)
+    bounds, ceilings = np.empty(count), np.empty(count)
     for j in range(count):
         force_control(sets.masks[j], force)
-        sets.zs[j], nf = -1.0, 0
+        sets.zs[j], bounds[j], ceilings[j], nf = -1.0, np.inf, np.inf, 0
         for i in range(n):
             sets.commands[j, i] = most[i]
             if force[i]:
@@ -112,12 +113,12 @@ def no_cuts(K: int, most: Array, sets: ModeSets) -> Cuts:
     return Cuts(
         np.zeros(1, dtype=np.int64), np.empty((K, 6)), np.empty(K), np.empty(K, dtype=np.int64),
         np.empty((count, K)), np.empty((count, K, n)), np.zeros(count, dtype=np.int64),
-        np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, 1 + n, 6)),
+        bounds, ceilings, np.zeros((count, 1 + n, 6)),
         np.zeros(count), trials, np.zeros(count, dtype=np.int64),
     )  # fmt: skip
 
 
-@compiled
+@inlined
 def tightest(j: int, nf: int, cuts: Cuts) -> tuple[float, int]:
     """Return the least bound on z that the cuts give at set j's trial, and whose it is."""
     least, which = np.inf, -1
@@ -130,7 +131,7 @@ def tightest(j: int, nf: int, cuts: Cuts) -> tuple[float, int]:
     return least, which
 
 
-@inlined
+@compiled
 def settle(j: int, nf: int, sets: ModeSets, cuts: Cuts) -> None:
     """Write set j's z and what limits it: its trial reaches the bound."""
     z, which = tightest(j, nf, cuts)
@@ -138,7 +139,7 @@ def settle(j: int, nf: int, sets: ModeSets, cuts: Cuts) -> None:
     sets.limiting[j] = cuts.met[which]
 
 
-@inlined
+@compiled
 def cuts_off(j: int, nf: int, cuts: Cuts) -> bool:
     """Whether the cuts exclude set j's trial, as the last one should."""
     bound = cuts.bounds[j]
@@ -208,7 +209,7 @@ def next_trial(j: int, caps: Array, cuts: Cuts, which: IntArray, weights: Array)
     return z
 
 
-@inlined
+@compiled
 def heed(program: Program, force: BoolArray, caps: Array, j: int, cuts: Cuts) -> float:
     """Let set j heed all cuts: its next trial and its bound on z, which is returned.
 

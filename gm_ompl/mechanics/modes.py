@@ -39,7 +39,7 @@ def at_placements(table: Array, hand: IntArray, rows: IntArray) -> Array:
     return tips
 
 
-@compiled
+@inlined
 def _program_of(touch: Touch) -> Program:
     """Return the data of fingers at their placements."""
     env, q, table, f_max, L, hand, rows = touch
@@ -138,7 +138,7 @@ def passing_sets(
     return passes, Separation(w, widest)
 
 
-@compiled
+@inlined
 def ask_squeeze(env: Array, tips: Array, mask: int) -> tuple[int, Separation]:
     """Ask Problem (5) of a set; the separation is of its columns, or of the environment's alone."""
     P, w = np.empty((len(env) + len(tips) * tips.shape[1], 6)), np.empty(6)
@@ -200,8 +200,8 @@ def decide(
         How it ended, z (UNDER: an upper bound on z), the limiting direction, the mask.
     """
     program = _program_of(touch)
-    env, tips, n = program.env, program.tips, len(program.tips)
-    everyone = (1 << n) - 1
+    env, _, tips, _, _ = program
+    n, everyone = len(tips), (1 << len(tips)) - 1
     f_com[:], y[:] = 0.0, 0.0
     end, separation = ask_squeeze(env, tips, everyone if only < 0 else only)
     if end == MARGINAL or (end == FAILS and only >= 0):
@@ -218,7 +218,8 @@ def decide(
             return UNPROVEN, np.inf, -1, 0
     if not tight:
         record.sets[:] = -1
-        passed, passes = np.full(1 << n, only), 1
+        passed, passes = np.empty(1 << n, dtype=np.int64), 1
+        passed[0] = only
         if only < 0:
             passes, separation = passing_sets(env, tips, previous, True, passed)
         if passes <= 0:

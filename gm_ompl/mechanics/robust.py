@@ -103,7 +103,8 @@ def decide_cases(
         if tight and end != REACHED:
             return UNPROVEN, np.inf, -1, 0, of % loads
     if not tight:
-        passed, passes = np.full(1 << n, only), 1
+        passed, passes = np.empty(1 << n, dtype=np.int64), 1
+        passed[0] = only
         if only < 0:
             passes, separation = passing_sets(cases.around, cases.squeeze, previous, True, passed)
         if passes <= 0:

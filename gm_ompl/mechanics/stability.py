@@ -140,17 +140,18 @@ def position_margin(
     Returns:
         How it ended, z (-inf: no equilibrium) or an upper bound on it, the direction.
     """
-    nobody, prices = np.zeros(len(program.tips), dtype=np.bool_), tableau.y
-    cost = fill(program, nobody, program.f_max, tableau.raw)
+    (env, _, tips, f_max, L), (raw, _, _, _, prices, _) = program, tableau
+    nobody = np.zeros(len(tips), dtype=np.bool_)
+    cost = fill(program, nobody, f_max, raw)
     limit = 1.0 / below if below > 0.0 else np.inf
     enough = 0.0 if exact or below <= 0.0 else limit
     prices[:] = 0.0
     end, direction, tau, v = run_pass(
-        tableau, cost, program.L, prices, False, Target(limit, enough, NEVER if exact else A_LOOK)
+        tableau, cost, L, prices, False, Target(limit, enough, NEVER if exact else A_LOOK)
     )
     for t in range(6):
         y[t] = prices[t]
-    if not into_polar(program.env, separation, y):
+    if not into_polar(env, separation, y):
         for t in range(6):
             y[t] = 0.0
     U = upper_bound(program, nobody, y.reshape(1, 6))

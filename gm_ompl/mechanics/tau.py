@@ -70,7 +70,8 @@ def new_tableau(n: int, e: int, s: int) -> Tableau:
     """Return an unused tableau for n fingers of s columns, e columns of the environment."""
     m, N = 6 + n, 1 + e + n * s + n
     W = width(m, N)
-    basis = np.full(m, UNUSED, dtype=np.int64)
+    basis = np.empty(m, dtype=np.int64)
+    basis[0] = UNUSED
     return Tableau(
         np.empty((m, N)), np.empty((m, W)), np.empty(W), basis, np.zeros(m), new_resistance(m)
     )
@@ -80,11 +81,12 @@ def new_tableau(n: int, e: int, s: int) -> Tableau:
 def new_work(K: int, n: int, e: int, s: int) -> Work:
     """Return K unused tableaus, see ``new_tableau``."""
     m, N = 6 + n, 1 + e + n * s + n
-    W = width(m, N)
+    W, basis = width(m, N), np.empty((K, m), dtype=np.int64)
+    for k in range(K):
+        basis[k, 0] = UNUSED
     return Work(
-        np.empty((m, N)), np.empty((K, m, W)), np.empty((K, W)),
-        np.full((K, m), UNUSED, dtype=np.int64), np.zeros(m), new_resistance(m), np.zeros((K, m)),
-        np.empty(m),
+        np.empty((m, N)), np.empty((K, m, W)), np.empty((K, W)), basis, np.zeros(m),
+        new_resistance(m), np.zeros((K, m)), np.empty(m),
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import inlined
+from gm_ompl.compilation import compiled, inlined
 from gm_ompl.mechanics.kelley import GAP, Cuts, ModeSets, force_control
 from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.simplex import Target
@@ -52,7 +52,7 @@ def plant(seed: Tableau, masks: IntArray, work: Work) -> None:
                     basis[r] = N + 6 + i
 
 
-@inlined
+@compiled
 def take_up(j: int, most: Array, sets: ModeSets, cuts: Cuts, force: BoolArray, caps: Array) -> int:
     """Write set j's modes, trial f_com and its limits; return how many are force-controlled."""
     force_control(sets.masks[j], force)

@@ -41,6 +41,7 @@ from gm_ompl.mechanics import (
     simplex,
     tableau,
     tau,
+    trials,
 )
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import joint_margin
@@ -118,7 +119,7 @@ def edges() -> None:
     sides.dual_error(raw, cost, 1.0, f)
     none, masks = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
-    _, separation = modes.ask_squeeze(ENV, TIPS, 0)
+    separation = certificate.separates_environment(ENV)
     equilibrium.balance(PROGRAM, separation, force, f, np.zeros(6), one)
     joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
     _proofs(raw, cost, basis)
@@ -126,7 +127,10 @@ def edges() -> None:
     sets = kelley.mode_sets(masks, 1)
     cuts = kelley.no_cuts(1, F_MAX, sets)
     kelley.add_cut(PROGRAM, separation, y, masks, cuts)
-    kelley.tightest(0, 1, cuts)
+    kelley.settle(0, 1, sets, cuts)
+    kelley.cuts_off(0, 1, cuts)
+    trials.take_up(0, F_MAX, sets, cuts, force, f)
+    kelley.heed(PROGRAM, force, one, 0, cuts)
     master.best_command(one, f, np.zeros((1, 1)), one, f, np.zeros(2, dtype=np.int64), np.zeros(2))
     tau.new_work(1, 1, 1, 3)
 
