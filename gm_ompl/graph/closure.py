@@ -14,10 +14,11 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.geometry.pose import Pose
+from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.holds.watch import Stop, never
-from gm_ompl.motion.free import FreeMotion, PoseGoal
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.object_graph import GraphArc
+from gm_ompl.problem import Problem
 
 
 @final
@@ -44,9 +45,7 @@ class Closure:
         self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
         firsts = {shape: i for i, shape in reversed(list(enumerate(hand.shapes)))}
         self._centres = [judge.centres(i) for i in firsts.values()]
-        # Two points of contact resist no moment about the line that joins them.
-        point, needed = not hand.soft.any(), problem.mechanics.z_min > 0.0
-        self._lifts = not (needed and point and hand.count < 3)
+        self._lifts = lifts(problem)
         self._tips = np.concatenate([*self._centres, np.zeros((0, 3))])
         self._travel: dict[Hashable, tuple[Array, float]] = {}
         self._leaving: dict[int, Sequence[GraphArc]] = {}
@@ -57,7 +56,7 @@ class Closure:
         self._onward: dict[int, Array] = {}
         self._seen: tuple[int, dict[int, tuple[Array, float]]] = (0, {})
         assert isinstance(problem.motion, FreeMotion), "other graphs are searched whole"
-        self._goal = _Goal(problem.motion.goal, self._tips)
+        self._goal = GoalDistance(problem.motion.goal, self._tips)
         self._keys = {start: self._key(start)}
         self._open = [(self._keys[start], start)]
 
@@ -196,35 +195,9 @@ class Closure:
         return known
 
 
-@final
-class _Goal:
-    """How far fingertips are from where they must end.
-
-    Args:
-        goal: where the object must end.
-        tips: (P, 3), their centres, object frame.
-    """
-
-    def __init__(self, goal: PoseGoal, tips: Array) -> None:
-        self._goal, self._tips = goal, tips
-        arms = np.linalg.norm(tips, axis=1)
-        # A point of the object that the goal fixes may end so far from there.
-        self._slack = goal.distance + 2.0 * np.sin(min(goal.angle, np.pi) / 2.0) * arms
-        self._around = np.zeros(len(tips))
-        self._at = np.zeros_like(tips)
-        if goal.rotation is not None:
-            self._at = tips @ goal.rotation.T
-        elif goal.up is not None:  # the heading is left open
-            self._at[:, 2] = tips @ goal.up
-            self._around = np.sqrt(np.maximum(arms**2 - self._at[:, 2] ** 2, 0.0))
-        else:
-            self._slack += arms
-
-    def distances(self, pose: Pose) -> Array:
-        """Return lower bounds (P,) on the way to the goal of fingertips at a pose."""
-        off = self._tips @ pose.rotation.T - self._at
-        low, high = self._goal.low - pose.position, self._goal.high - pose.position
-        way = np.maximum(np.maximum(low - off, off - high), 0.0)
-        level = np.maximum(np.hypot(way[:, 0], way[:, 1]) - self._around, 0.0)
-        least: Array = np.maximum(np.hypot(level, way[:, 2]) - self._slack, 0.0)
-        return least
+def lifts(problem: Problem) -> bool:
+    """Whether fingers alone may hold the object with the margin that is asked for."""
+    hand = problem.fingers
+    # Two points of contact resist no moment about the line that joins them.
+    point, needed = not hand.soft.any(), problem.mechanics.z_min > 0.0
+    return not (needed and point and hand.count < 3)

@@ -1,0 +1,179 @@
+"""Lower bounds on plans that keep the whole hand in place, for free motion that stays in a plane.
+
+There the object turns about one axis alone and goes along two. It touches nothing but with what
+the plane shows of its outline, so every rotation is about a point of that, or, where the object
+touches nothing, about its centre of mass.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple, final
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.graph.potentials import POTENTIALS, Target, set_up_all
+from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
+from gm_ompl.problem import Problem
+
+PIECES: Final = 32
+"""The outline is cut into about so many pieces."""
+
+POINTS: Final = 9
+"""Points o of the object are tried on a grid of so many by so many."""
+
+LEVEL: Final = 1e-9
+"""A component of a unit vector that counts as nothing."""
+
+AT_ONCE: Final = 4096
+"""Sets of placements treated at once."""
+
+
+def turning_axis(problem: Problem) -> int | None:
+    """Return the axis at right angles to the plane that free motion stays in; None: it does not.
+
+    The object's faces lie along that axis or across it, obstacles' faces along the world's axes,
+    and no obstacle just reaches the object's ends: what is touched is touched by its outline.
+    """
+    motion, D = problem.motion, problem.body.diagonal
+    if not isinstance(motion, FreeMotion) or motion.steps.rotate is None:
+        return None
+    along = np.abs(motion.steps.rotate)
+    axis = int(along[0].argmax()) if len(along) else 2
+    one = len(along) > 0 and np.allclose(along[:, axis], 1.0, rtol=0.0, atol=LEVEL)
+    low, high = motion.region[:, axis]
+    if not one or axis == 2 or high - low > SLACK * D:
+        return None
+    R, near = motion.start.rotation, problem.environment.contact_tolerance + SLACK * D
+    fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
+    upright = all(_along_or_across(p.face_normals @ R[axis]) for p in problem.body.pieces)
+    level = all(_along_or_across(p.face_normals) for p in fixed)
+    own = [_reach(p.vertices @ R[axis] + low) for p in problem.body.pieces]
+    beside = all(
+        abs(max(a[0] - b[1], b[0] - a[1])) > near + (high - low)
+        for a in own
+        for b in (_reach(p.vertices[:, axis]) for p in fixed)
+    )
+    return axis if upright and level and beside else None
+
+
+def _along_or_across(parts: Array) -> bool:
+    """Whether components of unit vectors are all 0, 1 or -1."""
+    return bool(((np.abs(parts) <= LEVEL) | (np.abs(parts) >= 1.0 - LEVEL)).all())
+
+
+def _reach(heights: Array) -> tuple[float, float]:
+    return float(heights.min()), float(heights.max())
+
+
+class Outline(NamedTuple):
+    """What the plane shows of the object, cut into pieces.
+
+    Attributes:
+        ends: (S, 2, 2), the pieces' ends; the last one is the centre of mass.
+        near: per finger, (P, S, 2), each fingertip's distance at the pieces' ends, from below.
+        tips: per finger, (P, 2).
+        points: (M, 2), points of the object to choose from.
+    """
+
+    ends: Array
+    near: list[Array]
+    tips: list[Array]
+    points: Array
+
+
+@final
+class PlanarBounds:
+    """Potentials of sets of placements, and where the object must end.
+
+    Args:
+        judge: of the problem.
+        axis: its ``turning_axis``.
+
+    Attributes:
+        target: where the object must end.
+    """
+
+    def __init__(self, judge: Judge, axis: int) -> None:
+        problem = judge.problem
+        motion = problem.motion
+        assert isinstance(motion, FreeMotion)
+        # Turned by a positive angle the first goes towards the second.
+        self._plane, self._from = [(axis + 1) % 3, (axis + 2) % 3], motion.start.rotation
+        self._outline = self._shown(judge)
+        delta = motion.steps.rotation / problem.cost.samples_per_arc
+        self._kappa = math.sin(delta / 2.0) / (delta / 2.0)
+        self.target = self._target(motion.goal)
+
+    def _shown(self, judge: Judge) -> Outline:
+        problem = judge.problem
+        ends = np.concatenate(
+            [_rim(self._flat(piece.vertices)) for piece in problem.body.pieces]
+            + [np.zeros((1, 2, 2))]
+        )
+        tips = [self._flat(judge.centres(i)) for i in range(problem.fingers.count)]
+        far = np.abs(self._flat(problem.body.vertices)).max(axis=0) * 1.5
+        axes = [np.linspace(-f, f, POINTS) for f in far]
+        points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+        return Outline(ends, [_from_pieces(t, ends) for t in tips], tips, points)
+
+    def _flat(self, points: Array) -> Array:
+        """Return points (m, 3) of the object as the plane shows them at the start, (m, 2)."""
+        return np.ascontiguousarray((points @ self._from.T)[:, self._plane])
+
+    def _turn(self, rotation: Array) -> float:
+        """Return by how much the object is turned [rad], counted from the start."""
+        i, j = self._plane
+        since = rotation @ self._from.T
+        return math.atan2(since[j, i], since[i, i])
+
+    def _target(self, goal: PoseGoal) -> Target:
+        turned = goal.rotation is not None
+        turn = 0.0 if goal.rotation is None else self._turn(goal.rotation)
+        low, high = goal.low[self._plane], goal.high[self._plane]
+        return Target(low, high, turned, turn, goal.distance, goal.angle)
+
+    def place(self, pose: Pose) -> tuple[float, float, float]:
+        """Return where the plane shows the centre of mass, and by how much the object is turned."""
+        x, z = pose.position[self._plane].tolist()
+        return x, z, self._turn(pose.rotation)
+
+    def potentials(self, rows: IntArray) -> Array:
+        """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n)."""
+        outline, found = self._outline, np.empty((len(rows), POTENTIALS, 4))
+        for first in range(0, len(rows), AT_ONCE):
+            some = rows[first : first + AT_ONCE].T
+            near = np.stack([table[r] for table, r in zip(outline.near, some, strict=True)], axis=1)
+            tips = np.stack([table[r] for table, r in zip(outline.tips, some, strict=True)], axis=1)
+            part = found[first : first + AT_ONCE]
+            set_up_all(near, outline.points, outline.ends, self._kappa, tips, part)
+        return found
+
+
+def _rim(points: Array) -> Array:
+    """Return the hull of points (m, 2) in pieces (S, 2, 2)."""
+    corners = points[ConvexHull(points).vertices]
+    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    lengths = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+    longest, pieces = lengths.sum() / PIECES, []
+    for (a, b), length in zip(sides, lengths, strict=True):
+        t = np.linspace(0.0, 1.0, math.ceil(length / longest) + 1)[:, None]
+        along = a + t * (b - a)
+        pieces.append(np.stack([along[:-1], along[1:]], axis=1))
+    return np.ascontiguousarray(np.concatenate(pieces))
+
+
+def _from_pieces(points: Array, pieces: Array) -> Array:
+    """Return linear lower bounds (P, S, 2) on the distances of points from pieces, at their ends.
+
+    A distance is convex along a piece: it lies above its tangent in the middle.
+    """
+    half = (pieces[:, 1] - pieces[:, 0]) / 2.0
+    off = (pieces[:, 0] + pieces[:, 1]) / 2.0 - points[:, None]
+    middle = np.linalg.norm(off, axis=2)
+    slope = (off * half).sum(axis=2) / np.maximum(middle, 1e-300)
+    return np.ascontiguousarray(np.stack([middle - slope, middle + slope], axis=2))

@@ -1,0 +1,289 @@
+"""Poses, arcs and margins as the search for plans that keep the whole hand asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, final
+
+import numpy as np
+
+from gm_ompl import limits
+from gm_ompl.arrays import Array, IntArray
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.closure import lifts
+from gm_ompl.graph.goal_distance import GoalDistance
+from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
+from gm_ompl.graph.kept_states import (
+    ASKED,
+    BLOCKED,
+    EMPTY,
+    FAILED,
+    READY,
+    STATES,
+    STATES_WANTED,
+    TEST_WANTED,
+    TESTED,
+    Arcs,
+    Book,
+    Hands,
+    Poses,
+    Prices,
+    Tables,
+    begin,
+    learn,
+    rehash,
+)
+from gm_ompl.graph.potentials import POTENTIALS, Target
+from gm_ompl.holds.goals import restricted
+from gm_ompl.holds.sets import placement_sets
+from gm_ompl.motion.free import FreeMotion
+from gm_ompl.motion.object_graph import GraphArc
+from gm_ompl.problem import Placements
+
+MOST_SETS: Final = 1_000_000
+"""Sets of placements that are treated at once."""
+
+ASKS: Final = 20_000
+"""Margins asked for at once."""
+
+NOWHERE = Target(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
+"""A target that no potential is asked for."""
+
+
+@final
+class KeptGraph:
+    """States of the object with the whole hand in place, made on demand.
+
+    Args:
+        judge: of a problem of free motion; its back end is the kernel's.
+
+    Attributes:
+        tables: what compiled code goes by; others once they have grown.
+        met: the object's nodes, by the numbers of their poses here.
+    """
+
+    def __init__(self, judge: Judge) -> None:
+        problem = judge.problem
+        motion, hand = problem.motion, problem.fingers
+        assert isinstance(motion, FreeMotion)
+        self._judge, self._graph, self._lifts = judge, problem.object_graph, lifts(problem)
+        firsts = {shape: i for i, shape in reversed(list(enumerate(hand.shapes)))}
+        self._fingers = list(firsts.values())
+        number = {shape: f for f, shape in enumerate(firsts)}
+        axis = turning_axis(problem)
+        self._planar = None if axis is None else PlanarBounds(judge, axis)
+        self._goals = [GoalDistance(motion.goal, judge.centres(i)) for i in self._fingers]
+        self._numbers, self.met = dict[int, int](), list[int]()
+        self._steps = list[GraphArc]()
+        self._forms, self._kinds = dict[object, int](), dict[object, int]()
+        self._of_kind = list[tuple[GraphArc, int]]()
+        P, parts, F = len(hand.placements), problem.cost.samples_per_arc, len(firsts)
+        shapes = np.array([number[shape] for shape in hand.shapes], dtype=np.int64)
+        rows = self._sets()
+        S = len(rows)
+        target = NOWHERE if self._planar is None else self._planar.target
+        flags = np.ones(S, dtype=bool), np.zeros(S, dtype=bool)
+        kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
+        self.tables = Tables(
+            Hands(rows, shapes, *flags, kept, target),
+            Poses(
+                np.zeros((1, 3)), np.zeros((1, F, P)), np.zeros(1, dtype=bool),
+                np.zeros(1, np.int64), np.zeros(1, np.int64),
+            ),
+            Arcs(
+                np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(1, np.int64),
+                np.zeros((1, F, P, parts)), np.zeros(1, np.int64),
+                np.zeros((1, F, P), dtype=bool), np.full((1, parts), -1),
+            ),
+            _new_book(max(1024, 2 * S), 1 << 16),
+            Prices(problem.cost.stability, problem.z_floor),
+        )  # fmt: skip
+        self._met(self._graph.start)
+        begin(self.tables.book, self.tables.hands, self.tables.poses)
+
+    def _sets(self) -> IntArray:
+        """Return the sets (S, n) that start and goal allow."""
+        judge, hand = self._judge, self._judge.problem.fingers
+        free = judge.node(self._graph.pose(self._graph.start)).free
+        allowed = restricted(restricted(free, hand.start), hand.goal)
+        found = placement_sets(hand.groups(), allowed, judge.clear, MOST_SETS)
+        return np.zeros((0, hand.count), dtype=np.int64) if found is None else found
+
+    @property
+    def open(self) -> IntArray:
+        """The states that are open."""
+        book = self.tables.book
+        return np.flatnonzero(book.key[: book.counts[STATES]] < np.inf)
+
+    def placements(self, hand: int) -> Placements:
+        """Return a set of placements."""
+        return tuple(self.tables.hands.rows[hand].tolist())
+
+    def prepare(self, which: IntArray) -> None:
+        """Make what following the arcs from states takes: their poses' arcs, and room."""
+        book, poses = self.tables.book, self.tables.poses
+        for pose in np.unique(book.pose[which]).tolist():
+            if self.tables.poses.first[pose] == EMPTY:
+                self._leave(pose)
+        poses = self.tables.poses
+        of = book.pose[which]
+        coming = int((poses.past[of] - poses.first[of]).sum())
+        self._make_room(coming)
+
+    def sharpen(self, which: IntArray) -> bool:
+        """Find the potentials of sets at the start; whether there were any to find."""
+        book, hands = self.tables.book, self.tables.hands
+        new = which[(book.pose[which] == 0) & ~hands.known[book.hand[which]]]
+        if self._planar is None or not len(new):
+            return False
+        sets = book.hand[new]
+        hands.potentials[sets] = self._planar.potentials(hands.rows[sets])
+        hands.known[sets] = True
+        return True
+
+    def _make_room(self, coming: int) -> None:
+        book = self.tables.book
+        states, asked = int(book.counts[STATES]), int((book.asks != EMPTY).sum())
+        room, slots = len(book.cost), len(book.asks)
+        if states + coming <= room and 2 * (asked + ASKS) <= slots:
+            return
+        room = room if states + coming <= room else 2 * (states + coming)
+        while 2 * (asked + ASKS) > slots:
+            slots *= 2
+        limits.claim(
+            80.0 * room + 16.0 * slots, f"{states:,} states", "use fewer fingers.placements"
+        )
+        grown = _new_book(room, slots)
+        for name in ("pose", "hand", "cost", "bound", "key", "parent", "via"):
+            getattr(grown, name)[:states] = getattr(book, name)[:states]
+        grown.counts[:] = book.counts
+        rehash(grown, book.asks, book.margins)
+        self.tables = self.tables._replace(book=grown)
+
+    def _met(self, node: int) -> int:
+        """Return the number of a node's pose."""
+        known = self._numbers.get(node)
+        if known is not None:
+            return known
+        number = self._numbers[node] = len(self.met)
+        self.met.append(node)
+        pose, poses = self._graph.pose(node), _with_room(self.tables.poses, number)
+        if self._planar is not None:
+            poses.places[number] = self._planar.place(pose)
+        poses.onward[number] = [goal.distances(pose) for goal in self._goals]
+        poses.goal[number] = self._graph.in_goal(node)
+        poses.first[number] = EMPTY
+        self.tables = self.tables._replace(poses=poses)
+        return number
+
+    def _leave(self, pose: int) -> None:
+        """Make the arcs that leave a pose."""
+        first = len(self._steps)
+        for step in self._graph.arcs_from(self.met[pose]):
+            if step.bare and not self._lifts:
+                continue
+            head, arc = self._met(step.head), len(self._steps)
+            form, kind = self._form(step), self._kind(step)
+            arcs = self.tables.arcs
+            columns = _with_room((arcs.heads, arcs.forms, arcs.kinds), arc)
+            columns[0][arc], columns[1][arc], columns[2][arc] = head, form, kind
+            self.tables = self.tables._replace(
+                arcs=arcs._replace(heads=columns[0], forms=columns[1], kinds=columns[2])
+            )
+            self._steps.append(step)
+        self.tables.poses.first[pose], self.tables.poses.past[pose] = first, len(self._steps)
+
+    def _form(self, step: GraphArc) -> int:
+        """Return an arc's row of lengths."""
+        key = ("arc", len(self._steps)) if step.form is None else step.form
+        known = self._forms.get(key)
+        if known is None:
+            known = self._forms[key] = len(self._forms)
+            arcs = self.tables.arcs
+            (lengths,) = _with_room((arcs.lengths,), known)
+            lengths[known] = 0.0
+            for f, i in enumerate(self._fingers):
+                lengths[known, f, :, : step.parts] = step.lengths(self._judge.centres(i))
+            self.tables = self.tables._replace(arcs=arcs._replace(lengths=lengths))
+        return known
+
+    def _kind(self, step: GraphArc) -> int:
+        """Return an arc's class."""
+        alone = step.kind is None or self._judge.problem.hand is not None
+        key = ("arc", len(self._steps)) if alone else step.kind
+        known = self._kinds.get(key)
+        if known is None:
+            known = self._kinds[key] = len(self._kinds)
+            self._of_kind.append((step, 0))
+            arcs = self.tables.arcs
+            stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), known)
+            stages[known], states[known] = 0, -1
+            self.tables = self.tables._replace(
+                arcs=arcs._replace(stages=stages, free=free, states=states)
+            )
+        return known
+
+    def answer(self) -> bool:
+        """Find what was asked for; whether anything was."""
+        arcs, kinds = self.tables.arcs, len(self._kinds)
+        tests = np.flatnonzero(arcs.stages[:kinds] == TEST_WANTED).tolist()
+        states = np.flatnonzero(arcs.stages[:kinds] == STATES_WANTED).tolist()
+        for kind in tests:
+            self._test(kind)
+        for kind in states:
+            limits.check()
+            found = [self._judge.environment(m) for m in self._of_kind[kind][0].middles()]
+            arcs.states[kind, : len(found)], arcs.stages[kind] = found, READY
+        return self._decide() or bool(tests or states)
+
+    def _test(self, kind: int) -> None:
+        """Find where fingertips are free along a class of arcs."""
+        judge, arcs, step = self._judge, self.tables.arcs, self._of_kind[kind][0]
+        along, head = judge.along(step.arc), judge.node(self._graph.pose(step.head))
+        arcs.stages[kind] = TESTED if along.object_free and head.object_free else BLOCKED
+        for f, i in enumerate(self._fingers):
+            arcs.free[kind, f] = along.free[i] & head.free[i]
+
+    def _decide(self) -> bool:
+        """Decide the margins that were asked for; whether any were."""
+        book, backend = self.tables.book, self._judge.backend
+        assert isinstance(backend, KernelBackend)
+        new, z_min = book.new[: book.counts[ASKED]], self._judge.problem.mechanics.z_min
+        if not len(new):
+            return False
+        hands = self.tables.hands
+        found = backend.decide_many(new[:, 0].copy(), hands.rows[new[:, 1]], z_min)
+        zs = np.array([decision.z for decision in found])
+        learn(book, len(hands.rows), np.where(zs >= z_min, zs, FAILED))
+        return True
+
+    def way(self, number: int) -> list[int]:
+        """Return the object's nodes on the way to a state, from the start."""
+        book, nodes = self.tables.book, list[int]()
+        while number != EMPTY:
+            nodes.append(self.met[int(book.pose[number])])
+            number = int(book.parent[number])
+        return nodes[::-1]
+
+
+def _new_book(room: int, slots: int) -> Book:
+    hashed = 1 << int(2 * room - 1).bit_length()
+    numbers, reals = np.zeros((4, room), dtype=np.int64), np.full((3, room), np.inf)
+    return Book(
+        np.full(hashed, EMPTY), numbers[0], numbers[1], reals[0], reals[1], reals[2],
+        numbers[2], numbers[3], np.full(slots, EMPTY), np.zeros(slots),
+        np.zeros((ASKS, 2), dtype=np.int64), np.zeros(3, dtype=np.int64),
+    )  # fmt: skip
+
+
+def _with_room(columns: Sequence[Array], number: int):
+    """Return arrays with room for row ``number``: themselves where there is."""
+    if number < len(columns[0]):
+        return columns
+    grown = []
+    for column in columns:
+        larger = np.empty((max(2 * len(column), number + 1), *column.shape[1:]), column.dtype)
+        larger[: len(column)] = column
+        grown.append(larger)
+    return type(columns)(*grown) if hasattr(columns, "_fields") else tuple(grown)

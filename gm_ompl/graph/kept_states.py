@@ -1,0 +1,319 @@
+"""A* over (pose, set of placements), all sets at once: compiled.
+
+A state is *open* while an arc may leave it that was not followed yet. Its key is the least bound
+of a plan along one of those; arcs dearer than the limit in force wait (partial expansion). What is
+not known yet of an arc is asked for, and the state stays open.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.compilation import compiled, inlined
+from gm_ompl.graph.potentials import Target, potential
+
+SAME: Final = 1e-12
+"""A way cheaper by less than this, relatively, is no better: sums differ by rounding."""
+
+UNTESTED, TEST_WANTED, TESTED, STATES_WANTED, READY, BLOCKED = range(6)
+"""What is known of a class of arcs: nothing, where fingertips are free, contact states, too."""
+
+STATES, ASKED, ARRIVED = range(3)
+"""Which count is which in ``Book.counts``: of states, of margins asked for, of ways to the goal."""
+
+EMPTY: Final = -1
+"""A slot that nothing is in."""
+
+FAILED: Final = -1.0
+"""Stands for a margin below z_min; a margin that was asked for and is not known is NaN."""
+
+
+class Hands(NamedTuple):
+    """Sets of placements.
+
+    Attributes:
+        rows: (S, n), placements.
+        shapes: (n,), which fingers share their tables of placements.
+        alive: (S,), whether plans may have them.
+        known: (S,), whether ``potentials`` holds them.
+        potentials: (S, K, 4).
+        target: where the object must end, in the plane.
+    """
+
+    rows: IntArray
+    shapes: IntArray
+    alive: BoolArray
+    known: BoolArray
+    potentials: Array
+    target: Target
+
+
+class Poses(NamedTuple):
+    """Poses that were met.
+
+    Attributes:
+        places: (V, 3), as ``potential`` has it.
+        onward: (V, F, P), how far fingertips are from the goal.
+        goal: (V,), whether the object has arrived.
+        first: (V,), the first arc that leaves it; -1 where its arcs are not known.
+        past: (V,), the arc past its last.
+    """
+
+    places: Array
+    onward: Array
+    goal: BoolArray
+    first: IntArray
+    past: IntArray
+
+
+class Arcs(NamedTuple):
+    """Arcs, and the classes of those that are alike.
+
+    Attributes:
+        heads: (A,), the poses they lead to.
+        forms: (A,), their row in ``lengths``.
+        kinds: (A,), their row in what follows.
+        lengths: (R, F, P, parts), |dq_finger i,j| of Eq. (9).
+        stages: (K,), UNTESTED to BLOCKED.
+        free: (K, F, P), whether a fingertip is free all along.
+        states: (K, parts), contact states; -1 behind the last.
+    """
+
+    heads: IntArray
+    forms: IntArray
+    kinds: IntArray
+    lengths: Array
+    stages: IntArray
+    free: BoolArray
+    states: IntArray
+
+
+class Book(NamedTuple):
+    """States that were met, and margins.
+
+    Attributes:
+        slots: numbers of states by pose and set, EMPTY where there is none; a power of two.
+        pose: (E,).
+        hand: (E,), the set.
+        cost: (E,), of getting there.
+        bound: (E,), on what follows.
+        key: (E,), the least bound of a plan by an arc to be followed; +inf: it is not open.
+        parent: (E,), the state before; -1 at the start.
+        via: (E,), the arc from there.
+        asks: (M,), contact state times the number of sets plus set; EMPTY where there is none.
+        margins: (M,), z.
+        new: (N, 2), contact states and sets that were asked for.
+        counts: (3,), of states, of rows of ``new``, of ways found to the goal.
+    """
+
+    slots: IntArray
+    pose: IntArray
+    hand: IntArray
+    cost: Array
+    bound: Array
+    key: Array
+    parent: IntArray
+    via: IntArray
+    asks: IntArray
+    margins: Array
+    new: IntArray
+    counts: IntArray
+
+
+class Prices(NamedTuple):
+    """What Eq. (9) goes by, units of force."""
+
+    X_stab: float
+    z_floor: float
+
+
+class Tables(NamedTuple):
+    """All that the search goes by."""
+
+    hands: Hands
+    poses: Poses
+    arcs: Arcs
+    book: Book
+    prices: Prices
+
+
+@inlined
+def _home(key: int, slots: int) -> int:
+    mixed = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
+    return np.int64((mixed ^ (mixed >> np.uint64(32))) & np.uint64(slots - 1))
+
+
+@compiled
+def find(book: Book, pose: int, hand: int) -> int:
+    """Return the slot of a state, or the empty one where it would be."""
+    slot = _home(pose * 0x1000003 + hand, len(book.slots))
+    while book.slots[slot] != EMPTY:
+        number = book.slots[slot]
+        if book.pose[number] == pose and book.hand[number] == hand:
+            break
+        slot = (slot + 1) & (len(book.slots) - 1)
+    return int(slot)
+
+
+@compiled
+def margin_slot(asks: IntArray, ask: int) -> int:
+    """Return the slot of a margin, or the empty one where it would be."""
+    slot = _home(ask, len(asks))
+    while asks[slot] != EMPTY and asks[slot] != ask:
+        slot = (slot + 1) & (len(asks) - 1)
+    return int(slot)
+
+
+@compiled
+def rehash(book: Book, old_asks: IntArray, old_margins: Array) -> None:
+    """Fill the slots of a book that has grown."""
+    for number in range(book.counts[STATES]):
+        book.slots[find(book, book.pose[number], book.hand[number])] = number
+    for k in range(len(old_asks)):
+        if old_asks[k] != EMPTY:
+            slot = margin_slot(book.asks, old_asks[k])
+            book.asks[slot], book.margins[slot] = old_asks[k], old_margins[k]
+
+
+@compiled
+def learn(book: Book, sets: int, zs: Array) -> None:
+    """Write the margins of what was asked for."""
+    for k in range(book.counts[ASKED]):
+        slot = margin_slot(book.asks, book.new[k, 0] * sets + book.new[k, 1])
+        book.margins[slot] = zs[k]
+    book.counts[ASKED] = 0
+
+
+@compiled
+def ahead(hands: Hands, poses: Poses, pose: int, hand: int) -> float:
+    """Return a lower bound on the cost from a state to the goal."""
+    most = 0.0
+    for i in range(hands.rows.shape[1]):
+        most = max(most, poses.onward[pose, hands.shapes[i], hands.rows[hand, i]])
+    if hands.known[hand]:
+        x, z, turn = poses.places[pose]
+        most = max(most, potential(hands.potentials[hand], x, z, turn, hands.target))
+    return float(most)
+
+
+@compiled
+def put(book: Book, number: int, state: tuple[int, int], way: tuple[float, int, int]) -> None:
+    """Write a state's cost, parent and arc; it is open."""
+    book.pose[number], book.hand[number] = state
+    book.cost[number], book.parent[number], book.via[number] = way
+    book.key[number] = book.cost[number] + book.bound[number]
+
+
+@compiled
+def begin(book: Book, hands: Hands, poses: Poses) -> None:
+    """Open all sets at the start, pose 0."""
+    for hand in range(len(hands.rows)):
+        number = book.counts[STATES]
+        book.slots[find(book, 0, hand)] = number
+        book.bound[number] = ahead(hands, poses, 0, hand)
+        put(book, number, (0, hand), (0.0, EMPTY, EMPTY))
+        book.counts[STATES] += 1
+
+
+@compiled
+def expand(which: IntArray, limit: float, tables: Tables) -> None:
+    """Follow the arcs from open states, up to plans of a bound of at most ``limit``.
+
+    The states' poses must have their arcs, and the book room for what may come.
+    """
+    hands, poses, _, book, _ = tables
+    for number in which:
+        hand, pose = book.hand[number], book.pose[number]
+        book.key[number], nearest = np.inf, np.inf
+        if hands.alive[hand]:
+            for arc in range(poses.first[pose], poses.past[pose]):
+                nearest = min(nearest, _follow(number, arc, limit, tables))
+        book.key[number] = min(book.key[number], nearest)
+
+
+@compiled
+def _follow(number: int, arc: int, limit: float, tables: Tables) -> float:
+    """Follow an arc; return the bound of plans by it where it is still to be followed, or +inf."""
+    hands, poses, arcs, book, _ = tables
+    hand, head, kind = book.hand[number], arcs.heads[arc], arcs.kinds[arc]
+    stage, form, here = arcs.stages[kind], arcs.forms[arc], book.cost[number]
+    known = False
+    if stage == BLOCKED or not (stage < TESTED or _is_free(arcs, kind, hands, hand)):
+        return np.inf
+    cost, factor = _price(-1, form, hand, tables)
+    slot = find(book, head, hand)
+    there = book.slots[slot]
+    if there != EMPTY and book.cost[there] <= (here + cost) * (1.0 + SAME):
+        return np.inf
+    bound = book.bound[there] if there != EMPTY else ahead(hands, poses, head, hand)
+    if stage == READY and here + cost + bound <= limit:
+        cost, known = _price(kind, form, hand, tables)
+        if known and there != EMPTY and book.cost[there] <= (here + cost) * (1.0 + SAME):
+            return np.inf
+    total = here + cost + bound
+    if stage != READY or not known or total > limit:
+        if total <= limit and stage in (UNTESTED, TESTED):
+            arcs.stages[kind] = stage + 1
+        return float(total)
+    if there == EMPTY:
+        there = book.counts[STATES]
+        book.counts[STATES] += 1
+        book.slots[slot], book.bound[there] = there, bound
+    put(book, there, (head, hand), (here + cost, number, arc))
+    book.counts[ARRIVED] += poses.goal[head]
+    return np.inf
+
+
+@inlined
+def _is_free(arcs: Arcs, kind: int, hands: Hands, hand: int) -> bool:
+    """Whether fingertips penetrate nothing along a class of arcs."""
+    free = True
+    for i in range(hands.rows.shape[1]):
+        free &= arcs.free[kind, hands.shapes[i], hands.rows[hand, i]]
+    return free
+
+
+@compiled
+def _price(kind: int, form: int, hand: int, tables: Tables) -> tuple[float, bool]:
+    """Return Eq. (9), and whether it is known; by travel alone where it is not, or without kind.
+
+    The first margin that is not known is asked for.
+    """
+    hands, _, arcs, book, prices = tables
+    lengths, known, cost = arcs.lengths[form], kind >= 0, 0.0
+    parts = lengths.shape[2]
+    factors = np.ones(parts)
+    for j in range(parts if known else 0):
+        state = arcs.states[kind, j]
+        z = np.inf if state < 0 else _margin(state, hand, len(hands.rows), book)
+        if z == FAILED:
+            return np.inf, True
+        if np.isnan(z):
+            known = False
+            factors[:] = 1.0
+            break
+        factors[j] = 1.0 + prices.X_stab / max(z, prices.z_floor)
+    for i in range(hands.rows.shape[1]):
+        travel = 0.0
+        for j in range(parts):
+            travel += factors[j] * lengths[hands.shapes[i], hands.rows[hand, i], j]
+        cost = max(cost, travel)
+    return cost, known
+
+
+@inlined
+def _margin(state: int, hand: int, sets: int, book: Book) -> float:
+    """Return a margin; NaN where it is not known, and it is asked for."""
+    ask = state * sets + hand
+    slot = margin_slot(book.asks, ask)
+    if book.asks[slot] != EMPTY:
+        return float(book.margins[slot])
+    row = book.counts[ASKED]
+    if row < len(book.new):
+        book.asks[slot], book.margins[slot] = ask, np.nan
+        book.new[row, 0], book.new[row, 1] = state, hand
+        book.counts[ASKED] += 1
+    return np.nan

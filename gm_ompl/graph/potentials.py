@@ -1,0 +1,166 @@
+"""Potentials that no arc outruns: lower bounds on travel in a plane, compiled.
+
+The object moves in a plane by translations and by rotations about points c of its outline. A
+rotation by s takes a point o of the object |o - c| s along, and costs at least m(c) s, where m(c)
+is the distance from c of the farthest fingertip. So with a direction y, and
+
+    lambda = kappa min_c (m(c) - |y| |o - c|) >= 0,
+
+no rotation gains more of y . (the way that o has gone) + lambda (the angle turned) than it costs.
+No translation does, either, where none of them has a part along y longer than itself: those along
+two axes allow |y| up to sqrt(2). kappa is what chords are shorter than their arcs.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gm_ompl.arrays import Array
+from gm_ompl.compilation import compiled, inlined
+
+SLOPES = np.array([0.0, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 2.0**0.5])
+"""The lengths of y that are tried."""
+
+POTENTIALS: Final = len(SLOPES) + 1
+"""Of a set of fingertips; the last one has lambda = 0 and the largest |y|."""
+
+
+class Target(NamedTuple):
+    """Where the object must end, in the plane.
+
+    Attributes:
+        low: (2,), least coordinates of the centre of mass.
+        high: (2,), greatest.
+        turned: whether the rotation is given.
+        turn: by how much the object must be turned from its own frame [rad].
+        distance: how far the centre of mass may be from there.
+        angle: by how much the object may be turned from there [rad].
+    """
+
+    low: Array
+    high: Array
+    turned: bool
+    turn: float
+    distance: float
+    angle: float
+
+
+@compiled
+def set_up(near: Array, points: Array, outline: Array, kappa: float, found: Array) -> None:
+    """Write the potentials (POTENTIALS, 4) of a set of fingertips: o, |y| and lambda of each.
+
+    Args:
+        near: (T, S, 2), over each piece of the outline each fingertip's distance, from below: a
+            linear function, by its values at the ends.
+        points: (M, 2), the points o to choose from.
+        outline: (S, 2, 2), the pieces' ends; between them a potential is least at one.
+        kappa: of chords.
+        found: written.
+    """
+    best, steepest = np.full(len(SLOPES), -1.0), -1.0
+    least, chosen, last = np.empty(len(SLOPES)), np.zeros(len(SLOPES), dtype=np.int64), 0
+    for m in range(len(points)):
+        least[:], slope = np.inf, np.inf
+        for s in range(len(outline)):
+            one = np.hypot(points[m, 0] - outline[s, 0, 0], points[m, 1] - outline[s, 0, 1])
+            two = np.hypot(points[m, 0] - outline[s, 1, 0], points[m, 1] - outline[s, 1, 1])
+            steep = 0.0
+            for t in range(len(near)):
+                first, second = near[t, s, 0], near[t, s, 1]
+                steep = max(steep, min(_over(first, one), _over(second, two)))
+            slope = min(slope, steep)
+            for k in range(len(SLOPES)):
+                gap = -np.inf
+                for t in range(len(near)):
+                    first, second = near[t, s, 0], near[t, s, 1]
+                    gap = max(gap, min(first - SLOPES[k] * one, second - SLOPES[k] * two))
+                least[k] = min(least[k], gap)
+        for k in range(len(SLOPES)):
+            if least[k] > best[k]:
+                best[k], chosen[k] = least[k], m
+        if slope > steepest:
+            steepest, last = slope, m
+    for k in range(len(SLOPES)):
+        found[k, 0], found[k, 1] = points[chosen[k], 0], points[chosen[k], 1]
+        found[k, 2], found[k, 3] = SLOPES[k], kappa * best[k]
+        if best[k] < 0.0:
+            found[k, 2] = found[k, 3] = 0.0
+    k = len(SLOPES)
+    found[k, 0], found[k, 1] = points[last, 0], points[last, 1]
+    found[k, 2], found[k, 3] = max(0.0, min(steepest, SLOPES[-1])), 0.0
+
+
+@inlined
+def _over(length: float, arm: float) -> float:
+    """Return length / arm, from below; where both are nothing, nothing."""
+    return length / max(arm, 1e-300) if length > 0.0 else 0.0
+
+
+@inlined
+def _gain(x: float, z: float, slope: float) -> float:
+    """Return the most y . (x, z), both >= 0, of |y| <= ``slope``, each of its parts <= 1."""
+    more, less = max(x, z), min(x, z)
+    length = np.hypot(x, z)
+    if slope * more <= length:
+        return slope * length
+    return more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0)))
+
+
+@compiled
+def potential(found: Array, x: float, z: float, turn: float, target: Target) -> float:
+    """Return the best lower bound on what is left to travel.
+
+    Args:
+        found: (POTENTIALS, 4).
+        x: where the centre of mass is.
+        z: likewise.
+        turn: by how much the object is turned [rad].
+        target: where it must end.
+    """
+    cos, sin, best, left = np.cos(turn), np.sin(turn), 0.0, 0.0
+    goal_cos, goal_sin = np.cos(target.turn), np.sin(target.turn)
+    if target.turned:
+        off = target.turn - turn
+        left = max(0.0, abs(np.arctan2(np.sin(off), np.cos(off))) - target.angle)
+    for k in range(len(found)):
+        o_x, o_z, slope, rate = found[k]
+        arm = np.hypot(o_x, o_z)
+        here_x, here_z = x + cos * o_x - sin * o_z, z + sin * o_x + cos * o_z
+        there_x, there_z, slack = 0.0, 0.0, target.distance + arm
+        if target.turned:
+            there_x, there_z = goal_cos * o_x - goal_sin * o_z, goal_sin * o_x + goal_cos * o_z
+            slack = target.distance + 2.0 * np.sin(min(target.angle, np.pi) / 2.0) * arm
+        way_x = max(0.0, target.low[0] + there_x - here_x, here_x - target.high[0] - there_x)
+        way_z = max(0.0, target.low[1] + there_z - here_z, here_z - target.high[1] - there_z)
+        gain = max(0.0, _gain(way_x, way_z, slope) - slope * slack)
+        best = max(best, gain + rate * left)
+    return best
+
+
+@compiled
+def set_up_all(
+    near: Array, points: Array, outline: Array, kappa: float, tips: Array, found: Array
+) -> None:
+    """Write the potentials (L, POTENTIALS, 4) of many sets of fingertips.
+
+    Args:
+        near: (L, T, S, 2), as for ``set_up``.
+        points: (M, 2), likewise, for all sets.
+        outline: (S, 2, 2).
+        kappa: of chords.
+        tips: (L, T, 2), the fingertips; they, what lies half way to them, and their middle are
+            tried beside the points.
+        found: written.
+    """
+    M, T = len(points), tips.shape[1]
+    tried = np.empty((M + 2 * T + 1, 2))
+    tried[:M] = points
+    for i in range(len(near)):
+        tried[M + 2 * T] = 0.0
+        for t in range(T):
+            tried[M + t], tried[M + T + t] = tips[i, t], 0.5 * tips[i, t]
+            tried[M + 2 * T] += tips[i, t] / T
+        set_up(near[i], tried, outline, kappa, found[i])
+

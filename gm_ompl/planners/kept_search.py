@@ -1,0 +1,130 @@
+"""Exact search for plans of free motion that keep the whole hand in place: A* over all sets.
+
+Plans with k regrasps cost at least k X_regr and what fingertips that are kept must travel; so a
+plan without regrasping that is cheaper than all of those is optimal.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+import numpy as np
+
+from gm_ompl import limits
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.kept_graph import KeptGraph
+from gm_ompl.graph.kept_states import ARRIVED, STATES, expand
+from gm_ompl.holds.extraction import moves_of
+from gm_ompl.planners.outcome import Log
+from gm_ompl.problem import Move
+
+SLACK: Final = 0.01
+"""The limit on bounds is ahead of the least one by this, relatively, until a plan is known."""
+
+
+@final
+class KeptSearch:
+    """One search; it can be gone on with.
+
+    Args:
+        judge: of a problem of free motion; its back end is the kernel's.
+        log: its budget is spent.
+
+    Attributes:
+        bound: no plan is cheaper, with regrasps or without.
+        cost: of the best plan that was found here, or +inf.
+        expanded: states whose arcs were followed, those followed again included.
+    """
+
+    def __init__(self, judge: Judge, log: Log) -> None:
+        self._judge, self._log = judge, log
+        self.graph = KeptGraph(judge)
+        self._regrasping = self._with_regrasps()
+        self._best, self._arrived = -1, 0
+        self.bound, self.cost, self.expanded = 0.0, math.inf, 0
+
+    def _with_regrasps(self) -> float:
+        """Return a lower bound on plans that regrasp."""
+        hand, price = self._judge.problem.fingers, float(self._judge.problem.cost.regrasp)
+        n, tables = hand.count, self.graph.tables
+        free = self._judge.node(self._judge.problem.object_graph.pose(self.graph.met[0])).free
+        ways = [
+            tables.poses.onward[0, tables.hands.shapes[i]][free[i]].min(initial=math.inf)
+            for i in range(n)
+        ]
+        one = price + min(ways) if n > 1 else math.inf
+        return min(one, n * price)
+
+    @property
+    def poses(self) -> int:
+        """How many poses were met."""
+        return len(self.graph.met)
+
+    @property
+    def done(self) -> bool:
+        """Whether it can say no more."""
+        return self.bound >= min(self.cost, self._regrasping)
+
+    def run(self, most_poses: float, enough: float) -> None:
+        """Go on until no plan is cheaper than ``enough``, or so many poses were met.
+
+        Raises:
+            LimitError: a limit is reached.
+        """
+        graph, limit = self.graph, 0.0
+        while self.poses <= most_poses:
+            limits.check()
+            if self._log.due():
+                self._log.event(min(self.cost, enough), self.bound, self.expanded, 0)
+            most, open_, key = min(self.cost, enough), graph.open, graph.tables.book.key
+            front = float(key[open_].min(initial=math.inf))
+            self.bound = max(self.bound, min(front, most, self._regrasping))
+            if front >= min(most, self._regrasping):
+                return
+            limit = max(limit, min(front * (1.0 + SLACK), most))
+            self._follow(open_[key[open_] <= limit], limit)
+
+    def _follow(self, which: np.ndarray, limit: float) -> None:
+        """Follow the arcs from states, and find what was asked for."""
+        graph = self.graph
+        graph.sharpen(which)
+        graph.prepare(which)
+        expand(which, limit, graph.tables)
+        self.expanded += len(which)
+        graph.answer()
+        if graph.tables.book.counts[ARRIVED] > self._arrived:
+            self._arrived = int(graph.tables.book.counts[ARRIVED])
+            self._arrive()
+
+    def _arrive(self) -> None:
+        """Look for the best way that leads to the goal."""
+        _, poses, _, book, _ = self.graph.tables
+        states = slice(0, int(book.counts[STATES]))
+        there = np.flatnonzero(poses.goal[book.pose[states]] & (book.cost[states] < self.cost))
+        for number in there[np.argsort(book.cost[there], kind="stable")].tolist():
+            if self._stands(number):
+                self._best, self.cost = number, float(book.cost[number])
+                return
+
+    def _stands(self, number: int) -> bool:
+        """Whether fingers get to where they are at the start of a way, and off at its end."""
+        hands, _, _, book, _ = self.graph.tables
+        hand, problem = int(book.hand[number]), self._judge.problem
+        if not hands.alive[hand]:
+            return False
+        placements, graph, reach = self.graph.placements(hand), problem.object_graph, self._judge.reach
+        if reach.landing(problem.motion.start, placements, problem.fingers.standing) is None:
+            hands.alive[hand] = False
+            return False
+        end = graph.pose(self.graph.met[int(book.pose[number])])
+        return not problem.fingers.leave or reach.landing(end, placements) is not None
+
+    def moves(self) -> tuple[Move, ...]:
+        """Return the best plan's moves; none where no plan is known."""
+        if self._best < 0:
+            return ()
+        nodes = self.graph.way(self._best)
+        placements = self.graph.placements(int(self.graph.tables.book.hand[self._best]))
+        way = self._judge.problem.object_graph.way(nodes)
+        return moves_of(self._judge, way, [(placements, 0, len(nodes) - 1)])
