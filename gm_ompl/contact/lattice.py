@@ -35,6 +35,10 @@ DECIMALS: Final = 7
 decimals are one where only the floor is near."""
 
 
+LEANING: Final = 1e-5
+"""What a face that is at right angles to an axis, up to rounding, may reach farther, over D."""
+
+
 class Motions(NamedTuple):
     """What is offered where the object stands in one way, and what it comes to.
 
@@ -236,10 +240,26 @@ class ContactLattice:
             book, offers = self._numbered.book, self._offers
             R, position = book.rotations[place], book.positions[place]
             on_grid = offers.begins(ALOFT, position.tolist())
-            if not on_grid and touches(R, position, self._room):  # contact may exempt it
-                on_grid = offers.begins(self._stand(place), position.tolist())
+            if not on_grid:  # contact may exempt it
+                exempt = Stand(self._may_touch(R, position), (), ())
+                if offers.begins(exempt, position.tolist()) and touches(R, position, self._room):
+                    on_grid = offers.begins(self._stand(place), position.tolist())
             known = self._begin[place] = on_grid
         return known
+
+    def _may_touch(self, R: Array, position: Array) -> frozenset[int]:
+        """Return the axes along which contact normals may lie at a pose: no others do.
+
+        Across such a normal a plane parts the pieces that touch, and both reach up to it.
+        """
+        own = [piece.vertices @ R.T + position for piece in self._body.pieces]
+        low = np.array([corners.min(axis=0) for corners in own])
+        high = np.array([corners.max(axis=0) for corners in own])
+        fixed, near = self._room.obstacles, self._room.lengths.touching + LEANING * self._D
+        apart = np.stack([low[:, None] - fixed.high, fixed.low - high[:, None]])
+        meets = (np.abs(apart) <= near).any(axis=(0, 1, 2))
+        meets[2] |= self._room.floor and bool((low[:, 2] <= near).any())
+        return frozenset(np.flatnonzero(meets).tolist())
 
     def _node(self, place: int, line: Line | None) -> int:
         """Return the node at a pose with this rotation under way."""

@@ -240,7 +240,7 @@ class Judge:
         return self._environments.of(moment.key, lambda: self._contact_state(moment))
 
     def _contact_state(self, moment: Moment) -> int:
-        pose_class = self._pose_classes.of(moment.pose)
+        pose_class = self._pose_classes.of_contacts(moment.pose)
         if pose_class is None:
             return self._register(moment)
         moving = None if moment.twist is None else moment.twist.direction

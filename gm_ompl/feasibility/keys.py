@@ -65,6 +65,7 @@ class PoseClasses:
             reach = max(reach, float(centres.max(initial=0.0)) + radius)
         touching = problem.environment.contact_tolerance * body.diagonal
         self._square = ((1.0 + CLEARANCE) * reach + touching) ** 2
+        self._corners, self._touching = body.vertices, (1.0 + CLEARANCE) * touching
         pieces = [piece for other in problem.environment.obstacles for piece in other.body.pieces]
         self._low = np.array([piece.bounds[0] for piece in pieces]).reshape(-1, 3)
         self._high = np.array([piece.bounds[1] for piece in pieces]).reshape(-1, 3)
@@ -77,6 +78,15 @@ class PoseClasses:
         if len(self._low):
             nearest = np.minimum(np.maximum(pose.position, self._low), self._high) - pose.position
             if (np.einsum("ij,ij->i", nearest, nearest) <= self._square).any():
+                return None
+        return pose.rotation.tobytes(), float(pose.position[2]) if self._floor else 0.0
+
+    def of_contacts(self, pose: Pose) -> PoseClass | None:
+        """Return the pose class as far as contacts go; None where an obstacle may be touched."""
+        if len(self._low):
+            corners = self._corners @ pose.rotation.T + pose.position
+            apart = np.maximum(self._low - corners.max(axis=0), corners.min(axis=0) - self._high)
+            if (apart.max(axis=1) <= self._touching).any():
                 return None
         return pose.rotation.tobytes(), float(pose.position[2]) if self._floor else 0.0
 

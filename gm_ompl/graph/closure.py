@@ -78,9 +78,12 @@ class Closure:
                 return bound
         return math.inf
 
-    def grow(self, most: float) -> None:
-        """Take in all nodes with a bound of at most this."""
-        while self.next <= most and self.next < math.inf:
+    def __len__(self) -> int:
+        return len(self._leaving)
+
+    def grow(self, most: float, nodes: float = math.inf) -> None:
+        """Take in all nodes with a bound of at most this, up to so many."""
+        while self.next <= most and self.next < math.inf and len(self._leaving) < nodes:
             self._take()
 
     def double(self) -> None:

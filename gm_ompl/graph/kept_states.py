@@ -243,7 +243,7 @@ def _follow(number: int, arc: int, limit: float, tables: Tables) -> float:
     known = False
     if stage == BLOCKED or not (stage < TESTED or _is_free(arcs, kind, hands, hand)):
         return np.inf
-    cost, factor = _price(-1, form, hand, tables)
+    cost, _ = _price(-1, form, hand, tables)
     slot = find(book, head, hand)
     there = book.slots[slot]
     if there != EMPTY and book.cost[there] <= (here + cost) * (1.0 + SAME):

@@ -163,4 +163,3 @@ def set_up_all(
             tried[M + t], tried[M + T + t] = tips[i, t], 0.5 * tips[i, t]
             tried[M + 2 * T] += tips[i, t] / T
         set_up(near[i], tried, outline, kappa, found[i])
-

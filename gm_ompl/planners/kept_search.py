@@ -19,8 +19,11 @@ from gm_ompl.holds.extraction import moves_of
 from gm_ompl.planners.outcome import Log
 from gm_ompl.problem import Move
 
-SLACK: Final = 0.01
-"""The limit on bounds is ahead of the least one by this, relatively, until a plan is known."""
+SLACK: Final = 0.02
+"""The limit on bounds is ahead of the least one by this, relatively."""
+
+SAME: Final = 1e-9
+"""A plan is no better by less than this, relatively."""
 
 
 @final
@@ -35,6 +38,7 @@ class KeptSearch:
         bound: no plan is cheaper, with regrasps or without.
         cost: of the best plan that was found here, or +inf.
         expanded: states whose arcs were followed, those followed again included.
+        closed: whether no plan is cheaper than what was enough at last.
     """
 
     def __init__(self, judge: Judge, log: Log) -> None:
@@ -43,6 +47,8 @@ class KeptSearch:
         self._regrasping = self._with_regrasps()
         self._best, self._arrived = -1, 0
         self.bound, self.cost, self.expanded = 0.0, math.inf, 0
+        self.closed, self._limit = False, 0.0
+        self._arrive()
 
     def _with_regrasps(self) -> float:
         """Return a lower bound on plans that regrasp."""
@@ -56,6 +62,14 @@ class KeptSearch:
         one = price + min(ways) if n > 1 else math.inf
         return min(one, n * price)
 
+    @classmethod
+    def of(cls, judge: Judge, log: Log) -> KeptSearch | None:
+        """Return a search, or None where there is nothing to keep, or too much."""
+        if not judge.problem.fingers.count:
+            return None
+        search = cls(judge, log)
+        return search if len(search.graph.tables.hands.rows) else None
+
     @property
     def poses(self) -> int:
         """How many poses were met."""
@@ -64,26 +78,32 @@ class KeptSearch:
     @property
     def done(self) -> bool:
         """Whether it can say no more."""
-        return self.bound >= min(self.cost, self._regrasping)
+        return self.closed or self.bound >= min(self.cost, self._regrasping)
 
-    def run(self, most_poses: float, enough: float) -> None:
-        """Go on until no plan is cheaper than ``enough``, or so many poses were met.
+    def proves(self, cost: float) -> bool:
+        """Whether a plan of this cost is proven optimal where no plan found here is cheaper."""
+        return cost <= self._regrasping
+
+    def step(self, enough: float) -> None:
+        """Go on where plans cheaper than ``enough`` may begin.
 
         Raises:
             LimitError: a limit is reached.
         """
-        graph, limit = self.graph, 0.0
-        while self.poses <= most_poses:
-            limits.check()
-            if self._log.due():
-                self._log.event(min(self.cost, enough), self.bound, self.expanded, 0)
-            most, open_, key = min(self.cost, enough), graph.open, graph.tables.book.key
-            front = float(key[open_].min(initial=math.inf))
-            self.bound = max(self.bound, min(front, most, self._regrasping))
-            if front >= min(most, self._regrasping):
-                return
-            limit = max(limit, min(front * (1.0 + SLACK), most))
-            self._follow(open_[key[open_] <= limit], limit)
+        limits.check()
+        if self._log.due():
+            self._log.event(min(self.cost, enough), self.bound, self.expanded, len(self.graph.open))
+        most = min(self.cost, enough) * (1.0 - SAME)
+        open_, key = self.graph.open, self.graph.tables.book.key
+        front = float(key[open_].min(initial=math.inf))
+        if front >= most:
+            front = min(self.cost, enough)
+        self.bound = max(self.bound, min(front, self._regrasping))
+        if self.bound < min(self.cost, enough, self._regrasping):
+            self._limit = min(most, max(self._limit, front * (1.0 + SLACK)))
+            self._follow(open_[key[open_] <= self._limit], self._limit)
+        else:
+            self.closed = True
 
     def _follow(self, which: np.ndarray, limit: float) -> None:
         """Follow the arcs from states, and find what was asked for."""
@@ -113,11 +133,11 @@ class KeptSearch:
         hand, problem = int(book.hand[number]), self._judge.problem
         if not hands.alive[hand]:
             return False
-        placements, graph, reach = self.graph.placements(hand), problem.object_graph, self._judge.reach
+        placements, reach = self.graph.placements(hand), self._judge.reach
         if reach.landing(problem.motion.start, placements, problem.fingers.standing) is None:
             hands.alive[hand] = False
             return False
-        end = graph.pose(self.graph.met[int(book.pose[number])])
+        end = problem.object_graph.pose(self.graph.met[int(book.pose[number])])
         return not problem.fingers.leave or reach.landing(end, placements) is not None
 
     def moves(self) -> tuple[Move, ...]:

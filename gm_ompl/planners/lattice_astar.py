@@ -13,7 +13,6 @@ from gm_ompl import limits
 from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.closure import Closure
 from gm_ompl.graph.feasibility_graph import FeasibilityGraph
 from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
@@ -25,7 +24,8 @@ from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.anywhere import solve_anywhere
 from gm_ompl.planners.astar import BestFirstSearch, Told
-from gm_ompl.planners.lane_parts import cheaper, part_search
+from gm_ompl.planners.free_search import FreeSearch
+from gm_ompl.planners.lane_parts import part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -59,7 +59,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     """
     log = Log(budget.start(), judge, report)
     if isinstance(problem.motion, FreeMotion):
-        return _in_closures(problem, judge, log, report)
+        return FreeSearch(problem, judge, log, report).run()
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
         return part_search(problem, judge, log, report).run()
@@ -67,49 +67,6 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except LimitError as stopped:
         return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
-
-
-def _in_closures(problem: Problem, judge: Judge, log: Log, report: Report) -> SearchResult:
-    """Search ever larger parts of the object graph, until no better plan can leave the part.
-
-    The search of a part finds its best plan. No plan that leaves it is cheaper than the least
-    bound of a node outside. Once a plan is known, what only dearer ones pass is left aside.
-    """
-    result = without_search(Status.BUDGET, 0.0, log.meter)
-    expanded = generated = 0
-    try:
-        closure = Closure(judge, log.meter.spent)
-        closure.to_goal()
-        while True:
-            if result.cost is None:
-                closure.double()
-            else:
-                closure.grow(result.cost)
-            part = part_search(problem, judge, log, report, closure, result.cost)
-            found = part.run()
-            expanded += found.statistics["expanded"]
-            generated += found.statistics["generated"]
-            statistics = {**found.statistics, "expanded": expanded, "generated": generated}
-            found = cheaper(result, dataclasses.replace(found, statistics=statistics))
-            result = _within(found, closure.next)
-            if not part.exhausted or closure.next == math.inf or result.optimal:
-                return result
-    except KeyboardInterrupt:
-        return dataclasses.replace(result, status=Status.INTERRUPTED)
-    except LimitError as stopped:
-        ended = {"ended_by": str(stopped)} if str(stopped) else {}
-        return dataclasses.replace(result, statistics={**result.statistics, **ended})
-
-
-def _within(result: SearchResult, beyond: float) -> SearchResult:
-    """Return what was found in a part of the object graph; plans that leave it cost ``beyond``."""
-    if beyond == math.inf:
-        return result
-    bound = min(result.lower_bound, beyond)
-    if result.status is Status.INFEASIBLE:
-        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=beyond)
-    optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
-    return dataclasses.replace(result, lower_bound=bound, optimal=optimal)
 
 
 MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
