@@ -31,8 +31,7 @@ COUNTED: Final = 1e-9
 """A number of segments that is whole up to this is that number."""
 
 DECIMALS: Final = 7
-"""Lines under way (over D) and places between the grid's (in steps) that are equal to so many
-decimals are one where only the floor is near."""
+"""Lines under way (over D) and places between the grid's (in steps) are told apart by so many."""
 
 
 LEANING: Final = 1e-5
@@ -240,17 +239,15 @@ class ContactLattice:
             book, offers = self._numbered.book, self._offers
             R, position = book.rotations[place], book.positions[place]
             on_grid = offers.begins(ALOFT, position.tolist())
-            if not on_grid:  # contact may exempt it
-                exempt = Stand(self._may_touch(R, position), (), ())
-                if offers.begins(exempt, position.tolist()) and touches(R, position, self._room):
-                    on_grid = offers.begins(self._stand(place), position.tolist())
+            if not on_grid and self._may_begin(R, position):  # contact may exempt it
+                on_grid = offers.begins(self._stand(place), position.tolist())
             known = self._begin[place] = on_grid
         return known
 
-    def _may_touch(self, R: Array, position: Array) -> frozenset[int]:
-        """Return the axes along which contact normals may lie at a pose: no others do.
+    def _may_begin(self, R: Array, position: Array) -> bool:
+        """Whether contact may let rotations begin at a pose, by which normals it may have.
 
-        Across such a normal a plane parts the pieces that touch, and both reach up to it.
+        Across a normal along an axis a plane parts pieces that touch, and both reach up to it.
         """
         own = [piece.vertices @ R.T + position for piece in self._body.pieces]
         low = np.array([corners.min(axis=0) for corners in own])
@@ -259,7 +256,9 @@ class ContactLattice:
         apart = np.stack([low[:, None] - fixed.high, fixed.low - high[:, None]])
         meets = (np.abs(apart) <= near).any(axis=(0, 1, 2))
         meets[2] |= self._room.floor and bool((low[:, 2] <= near).any())
-        return frozenset(np.flatnonzero(meets).tolist())
+        alike = Stand(frozenset(np.flatnonzero(meets).tolist()), (), ())
+        begins = self._offers.begins(alike, position.tolist())
+        return begins and bool(touches(R, position, self._room))
 
     def _node(self, place: int, line: Line | None) -> int:
         """Return the node at a pose with this rotation under way."""

@@ -135,8 +135,8 @@ def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPatc
         normal = normals[k]
         of_a, of_b = (a.vertices @ normal).min(), (b.vertices @ normal).max()
         basis, offset = plane_basis(normal), float(of_a + of_b) / 2.0
-        ends = [in_plane(one.vertices, normal, offset, basis, tolerance) for one in (a, b)]
-        point: Array = crossing(*ends, tolerance)
+        first, second = (in_plane(x.vertices, normal, offset, basis, tolerance) for x in (a, b))
+        point: Array = crossing(first, second, tolerance)
         if len(point):
             return ContactPatch(lifted(point, normal, offset, basis), normal)
     return None

@@ -36,13 +36,13 @@ def plane_basis(normal: Array) -> Array:
 @inlined
 def side(p: Array, q: Array, x: Array) -> float:
     """Return twice the area of the triangle p, q, x (2,): positive where x lies left of p -> q."""
-    return (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])
+    return float((q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]))
 
 
 @inlined
 def distance(p: Array, q: Array) -> float:
     """Return the distance between two points (2,)."""
-    return np.hypot(q[0] - p[0], q[1] - p[1])
+    return float(np.hypot(q[0] - p[0], q[1] - p[1]))
 
 
 @compiled
@@ -100,9 +100,9 @@ def _monotone_chain(points: Array) -> IntArray:
 @inlined
 def _comes_first(points: Array, i: int, j: int) -> bool:
     """Whether a point has the lesser x, or then y, than one of a lesser number."""
-    return points[i, 0] < points[j, 0] or (
-        points[i, 0] == points[j, 0] and points[i, 1] < points[j, 1]
-    )
+    if points[i, 0] == points[j, 0]:
+        return bool(points[i, 1] < points[j, 1])
+    return bool(points[i, 0] < points[j, 0])
 
 
 @compiled
@@ -129,7 +129,7 @@ def _distance_to_segment(p: Array, q: Array, x: Array) -> float:
     t = 0.0
     if square > 0.0:
         t = min(max(((x[0] - p[0]) * dx + (x[1] - p[1]) * dy) / square, 0.0), 1.0)
-    return np.hypot(x[0] - p[0] - t * dx, x[1] - p[1] - t * dy)
+    return float(np.hypot(x[0] - p[0] - t * dx, x[1] - p[1] - t * dy))
 
 
 @compiled

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final, final
+from typing import Any, Final, TypeVar, cast, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.closure import lifts
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
-from gm_ompl.graph.kept_states import (
+from gm_ompl.graph.kept_states import begin, learn, rehash
+from gm_ompl.graph.kept_tables import (
     ASKED,
     BLOCKED,
     EMPTY,
@@ -30,9 +30,6 @@ from gm_ompl.graph.kept_states import (
     Poses,
     Prices,
     Tables,
-    begin,
-    learn,
-    rehash,
 )
 from gm_ompl.graph.potentials import POTENTIALS, Target
 from gm_ompl.holds.goals import restricted
@@ -46,6 +43,8 @@ MOST_SETS: Final = 1_000_000
 
 ASKS: Final = 20_000
 """Margins asked for at once."""
+
+Columns = TypeVar("Columns", bound=tuple[np.ndarray[Any, Any], ...])
 
 NOWHERE = Target(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
 """A target that no potential is asked for."""
@@ -77,7 +76,7 @@ class KeptGraph:
         self._numbers, self.met = dict[int, int](), list[int]()
         self._steps = list[GraphArc]()
         self._forms, self._kinds = dict[object, int](), dict[object, int]()
-        self._of_kind = list[tuple[GraphArc, int]]()
+        self._of_kind = list[GraphArc]()
         P, parts, F = len(hand.placements), problem.cost.samples_per_arc, len(firsts)
         shapes = np.array([number[shape] for shape in hand.shapes], dtype=np.int64)
         rows = self._sets()
@@ -215,7 +214,7 @@ class KeptGraph:
         known = self._kinds.get(key)
         if known is None:
             known = self._kinds[key] = len(self._kinds)
-            self._of_kind.append((step, 0))
+            self._of_kind.append(step)
             arcs = self.tables.arcs
             stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), known)
             stages[known], states[known] = 0, -1
@@ -233,13 +232,13 @@ class KeptGraph:
             self._test(kind)
         for kind in states:
             limits.check()
-            found = [self._judge.environment(m) for m in self._of_kind[kind][0].middles()]
+            found = [self._judge.environment(m) for m in self._of_kind[kind].middles()]
             arcs.states[kind, : len(found)], arcs.stages[kind] = found, READY
         return self._decide() or bool(tests or states)
 
     def _test(self, kind: int) -> None:
         """Find where fingertips are free along a class of arcs."""
-        judge, arcs, step = self._judge, self.tables.arcs, self._of_kind[kind][0]
+        judge, arcs, step = self._judge, self.tables.arcs, self._of_kind[kind]
         along, head = judge.along(step.arc), judge.node(self._graph.pose(step.head))
         arcs.stages[kind] = TESTED if along.object_free and head.object_free else BLOCKED
         for f, i in enumerate(self._fingers):
@@ -277,7 +276,7 @@ def _new_book(room: int, slots: int) -> Book:
     )  # fmt: skip
 
 
-def _with_room(columns: Sequence[Array], number: int):
+def _with_room(columns: Columns, number: int) -> Columns:
     """Return arrays with room for row ``number``: themselves where there is."""
     if number < len(columns[0]):
         return columns
@@ -286,4 +285,4 @@ def _with_room(columns: Sequence[Array], number: int):
         larger = np.empty((max(2 * len(column), number + 1), *column.shape[1:]), column.dtype)
         larger[: len(column)] = column
         grown.append(larger)
-    return type(columns)(*grown) if hasattr(columns, "_fields") else tuple(grown)
+    return cast(Columns, Poses(*grown) if isinstance(columns, Poses) else tuple(grown))

@@ -104,8 +104,8 @@ def _gain(x: float, z: float, slope: float) -> float:
     more, less = max(x, z), min(x, z)
     length = np.hypot(x, z)
     if slope * more <= length:
-        return slope * length
-    return more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0)))
+        return float(slope * length)
+    return float(more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))))
 
 
 @compiled

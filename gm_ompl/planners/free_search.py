@@ -30,7 +30,7 @@ POSE: Final = 3.0
 """A pose with its arcs judged takes as long as so many nodes, about."""
 
 SHARE: Final = 3.0
-"""Until a plan is known, the search without regrasping takes so many times what lanes have taken."""
+"""Until a plan is known, the search without regrasping takes so many times what lanes took."""
 
 
 @final
@@ -79,7 +79,9 @@ class FreeSearch:
             closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
             if closure.next <= cost and proves:
                 return self._keep(math.inf)
-        return self._search(closure) or (self._result.cost is None and self._keep(SHARE * self._work[0]))
+        return self._search(closure) or (
+            self._result.cost is None and self._keep(SHARE * self._work[0])
+        )
 
     def _search(self, closure: Closure) -> bool:
         """Search a part over lanes; whether that is all."""
@@ -122,7 +124,7 @@ class FreeSearch:
         bound, counted = max(result.lower_bound, kept.bound), self._counted(result)
         if kept.cost < (math.inf if result.cost is None else result.cost):
             solved = Status.SOLVED, kept.cost, bound, kept.moves()
-            self._result = result_of(*solved, counted.statistics)
+            self._result = result_of(*solved, dict(counted.statistics))
             return
         bound = bound if result.cost is None else min(bound, result.cost)
         optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)

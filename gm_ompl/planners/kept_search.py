@@ -12,9 +12,11 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl import limits
+from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.kept_graph import KeptGraph
-from gm_ompl.graph.kept_states import ARRIVED, STATES, expand
+from gm_ompl.graph.kept_states import expand
+from gm_ompl.graph.kept_tables import ARRIVED, STATES
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.planners.outcome import Log
 from gm_ompl.problem import Move
@@ -105,7 +107,7 @@ class KeptSearch:
         else:
             self.closed = True
 
-    def _follow(self, which: np.ndarray, limit: float) -> None:
+    def _follow(self, which: IntArray, limit: float) -> None:
         """Follow the arcs from states, and find what was asked for."""
         graph = self.graph
         graph.sharpen(which)
@@ -134,7 +136,8 @@ class KeptSearch:
         if not hands.alive[hand]:
             return False
         placements, reach = self.graph.placements(hand), self._judge.reach
-        if reach.landing(problem.motion.start, placements, problem.fingers.standing) is None:
+        start = problem.object_graph.pose(self.graph.met[0])
+        if reach.landing(start, placements, problem.fingers.standing) is None:
             hands.alive[hand] = False
             return False
         end = problem.object_graph.pose(self.graph.met[int(book.pose[number])])

@@ -1,0 +1,132 @@
+"""What the search for plans that keep the whole hand goes by, as compiled code reads it."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.graph.potentials import Target
+
+SAME: Final = 1e-12
+"""A way cheaper by less than this, relatively, is no better: sums differ by rounding."""
+
+UNTESTED, TEST_WANTED, TESTED, STATES_WANTED, READY, BLOCKED = range(6)
+"""What is known of a class of arcs: nothing, where fingertips are free, contact states, too."""
+
+STATES, ASKED, ARRIVED = range(3)
+"""Which count is which in ``Book.counts``: of states, of margins asked for, of ways to the goal."""
+
+EMPTY: Final = -1
+"""A slot that nothing is in."""
+
+FAILED: Final = -1.0
+"""Stands for a margin below z_min; a margin that was asked for and is not known is NaN."""
+
+
+class Hands(NamedTuple):
+    """Sets of placements.
+
+    Attributes:
+        rows: (S, n), placements.
+        shapes: (n,), which fingers share their tables of placements.
+        alive: (S,), whether plans may have them.
+        known: (S,), whether ``potentials`` holds them.
+        potentials: (S, K, 4).
+        target: where the object must end, in the plane.
+    """
+
+    rows: IntArray
+    shapes: IntArray
+    alive: BoolArray
+    known: BoolArray
+    potentials: Array
+    target: Target
+
+
+class Poses(NamedTuple):
+    """Poses that were met.
+
+    Attributes:
+        places: (V, 3), as ``potential`` has it.
+        onward: (V, F, P), how far fingertips are from the goal.
+        goal: (V,), whether the object has arrived.
+        first: (V,), the first arc that leaves it; -1 where its arcs are not known.
+        past: (V,), the arc past its last.
+    """
+
+    places: Array
+    onward: Array
+    goal: BoolArray
+    first: IntArray
+    past: IntArray
+
+
+class Arcs(NamedTuple):
+    """Arcs, and the classes of those that are alike.
+
+    Attributes:
+        heads: (A,), the poses they lead to.
+        forms: (A,), their row in ``lengths``.
+        kinds: (A,), their row in what follows.
+        lengths: (R, F, P, parts), |dq_finger i,j| of Eq. (9).
+        stages: (K,), UNTESTED to BLOCKED.
+        free: (K, F, P), whether a fingertip is free all along.
+        states: (K, parts), contact states; -1 behind the last.
+    """
+
+    heads: IntArray
+    forms: IntArray
+    kinds: IntArray
+    lengths: Array
+    stages: IntArray
+    free: BoolArray
+    states: IntArray
+
+
+class Book(NamedTuple):
+    """States that were met, and margins.
+
+    Attributes:
+        slots: numbers of states by pose and set, EMPTY where there is none; a power of two.
+        pose: (E,).
+        hand: (E,), the set.
+        cost: (E,), of getting there.
+        bound: (E,), on what follows.
+        key: (E,), the least bound of a plan by an arc to be followed; +inf: it is not open.
+        parent: (E,), the state before; -1 at the start.
+        via: (E,), the arc from there.
+        asks: (M,), contact state times the number of sets plus set; EMPTY where there is none.
+        margins: (M,), z.
+        new: (N, 2), contact states and sets that were asked for.
+        counts: (3,), of states, of rows of ``new``, of ways found to the goal.
+    """
+
+    slots: IntArray
+    pose: IntArray
+    hand: IntArray
+    cost: Array
+    bound: Array
+    key: Array
+    parent: IntArray
+    via: IntArray
+    asks: IntArray
+    margins: Array
+    new: IntArray
+    counts: IntArray
+
+
+class Prices(NamedTuple):
+    """What Eq. (9) goes by, units of force."""
+
+    X_stab: float
+    z_floor: float
+
+
+class Tables(NamedTuple):
+    """All that the search goes by."""
+
+    hands: Hands
+    poses: Poses
+    arcs: Arcs
+    book: Book
+    prices: Prices
