@@ -16,6 +16,9 @@ from gm_ompl.errors import InputError, MissingExtraError
 from gm_ompl.simulation.engine import STEP, TIP_INERTIA, TIP_MASS
 from gm_ompl.simulation.world import Bodies, box_of
 
+TWISTED = 2e-3  # turned by this about its normal, a soft fingertip holds as fast as it can [rad]
+QUICKEST = 0.1  # of a twisting fingertip, with the object on it: radians of its swing per time step
+
 GRIP = 1e3  # friction of the object itself: of two surfaces in contact the smoother one counts
 
 
@@ -68,6 +71,7 @@ class Dart:
             self._tips.append(tip)
             self._joints.append(joint)
         self._pass_through([*self._tips, *fixed])
+        self._twist = np.zeros(len(self._tips))  # how far soft fingertips are twisted [rad]
 
     def _begin(self) -> None:
         dart, simulated = self._dart, self._simulated
@@ -177,32 +181,65 @@ class Dart:
             # A sphere's orientation shows nowhere; only that it turns does.
             joint.setAngularVelocity(turn)
             tip.addExtForce(force)
+        self._hold(turn)
         if wrench is not None:
             self._object.addExtForce(wrench[:3], np.zeros(3), False, True)
             self._object.addExtTorque(wrench[3:], False)
         self._simulated.step()
 
-    def normal_forces(self) -> Array:
-        """Return (n,), each fingertip's normal force on the object in the last step [N]."""
-        normal = np.zeros(len(self._tips))
+    def _hold(self, turn: Array) -> None:
+        """Let soft fingertips that turn by (3,) [rad/s] hold the object about their normals.
+
+        DART's contacts know no such moment: here it is a damped spring that slips at its limit.
+        """
+        world = self.world
+        if not world.soft.any():
+            return
+        inertia = float(np.trace(world.inertia)) / 3.0
+        stiffest = inertia * (QUICKEST / STEP) ** 2
+        for i, force in enumerate(self._pushes()):
+            size = float(np.linalg.norm(force))
+            limit = float(world.friction[i] * world.soft[i]) * size
+            if limit == 0.0:
+                self._twist[i] = 0.0
+                continue
+            normal, k = force / size, min(limit / TWISTED, stiffest)
+            spin = float(normal @ (self._object.getAngularVelocity() - turn))
+            damping = 2.0 * np.sqrt(k * inertia) * spin
+            moment = np.clip(k * (self._twist[i] + spin * STEP) + damping, -limit, limit)
+            self._twist[i] = (moment - damping) / k
+            self._object.addExtTorque(-moment * normal, False)
+
+    def _pushes(self) -> Array:
+        """Return (n, 3), each fingertip's normal force on the object in the last step [N]."""
+        pushes = np.zeros((len(self._tips), 3))
         for contact in self._simulated.getLastCollisionResult().getContacts():
             for side in (contact.collisionObject1, contact.collisionObject2):
                 i = self._spheres.get(side.getShapeFrame())
                 if i is not None:
-                    normal[i] += abs(float(contact.force @ contact.normal))
-        return normal
+                    pushes[i] += abs(float(contact.force @ contact.normal)) * contact.normal
+        return pushes
+
+    def normal_forces(self) -> Array:
+        """Return (n,), each fingertip's normal force on the object in the last step [N]."""
+        forces: Array = np.linalg.norm(self._pushes(), axis=1)
+        return forces
 
     def state(self) -> Array:
         """Return everything that the future depends on."""
         bodies = [self._object, *self._tips]
         moving = [body.getSkeleton() for body in bodies]
-        return np.array([[one.getPositions(), one.getVelocities()] for one in moving])
+        parts = [[*one.getPositions(), *one.getVelocities()] for one in moving]
+        return np.concatenate([np.ravel(parts), self._twist])
 
     def restore(self, state: Array) -> None:
         """Go back to a former ``state``."""
-        for body, (place, velocity) in zip([self._object, *self._tips], state, strict=True):
+        bodies = [self._object, *self._tips]
+        parts = state[: 12 * len(bodies)].reshape(len(bodies), 2, 6)
+        for body, (place, velocity) in zip(bodies, parts, strict=True):
             body.getSkeleton().setPositions(place)
             body.getSkeleton().setVelocities(velocity)
+        self._twist = state[12 * len(bodies) :].copy()
 
     def camera(self, *_: Any) -> AbstractContextManager[Any]:
         """Refuse: films are MuJoCo's.

@@ -244,14 +244,22 @@ def _geom(name: str, vertices: Array, colour: str, meshes: list[str]) -> str:
 def _pairs(world: Bodies) -> Iterator[str]:
     """Yield what may touch: the object's pieces and the environment, or a fingertip."""
     around = ["floor"] * world.floor + [f"wall{k}" for k in range(len(world.obstacles))]
-    friction = [(other, world.environment_friction) for other in around]
-    friction += [(f"tip{i}", float(mu)) for i, mu in enumerate(world.friction)]
+    touching = [(other, *contact_of(world.environment_friction)) for other in around]
+    touching += [
+        (f"tip{i}", *contact_of(float(mu), float(L)))
+        for i, (mu, L) in enumerate(zip(world.friction, world.soft, strict=True))
+    ]
     for k in range(len(world.pieces)):
-        for other, mu in friction:
+        for other, size, friction in touching:
             yield (
-                f'<pair geom1="piece{k}" geom2="{other}" condim="3" solref="{CONTACT}" '
-                f'solimp="{IMPEDANCE}" friction="{mu!r} {mu!r} 0 0 0"/>'
+                f'<pair geom1="piece{k}" geom2="{other}" condim="{size}" solref="{CONTACT}" '
+                f'solimp="{IMPEDANCE}" friction="{_numbers(np.array(friction))}"/>'
             )
+
+
+def contact_of(mu: float, soft: float = 0.0) -> tuple[int, list[float]]:
+    """Return MuJoCo's dimension and coefficients of a contact, that of a soft fingertip with L."""
+    return (4 if soft else 3), [mu, mu, mu * soft, 0.0, 0.0]
 
 
 _COLOURS = ("0.85 0.2 0.2 1", "0.2 0.4 0.85 1", "0.2 0.7 0.3 1", "0.8 0.5 0.1 1")

@@ -11,7 +11,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.hand.parsing import parsed
 from gm_ompl.hand.scene import HAND
 from gm_ompl.hand.spec import HandSpec
-from gm_ompl.simulation.physics import CONTACT, IMPEDANCE, Physics, load, mjcf
+from gm_ompl.simulation.physics import CONTACT, IMPEDANCE, Physics, contact_of, load, mjcf
 from gm_ompl.simulation.world import Bodies
 
 HOLD: Final = 1.0
@@ -123,7 +123,8 @@ class Robot(Physics):
 
 def _model(library: Any, world: Bodies, hand: HandSpec) -> Any:
     """Return the compiled world with the hand in it."""
-    none = replace(world, radius=np.zeros(0), friction=np.zeros(0), offset=np.zeros((0, 3)))
+    nobody = {name: np.zeros(0) for name in ("radius", "friction", "soft")}
+    none = replace(world, offset=np.zeros((0, 3)), **nobody)
     scene = library.MjSpec.from_string(mjcf(none))
     for geom in scene.geoms:
         geom.contype, geom.conaffinity = 2, 0
@@ -140,7 +141,8 @@ def _model(library: Any, world: Bodies, hand: HandSpec) -> Any:
             pos=tip.offset, contype=0, conaffinity=0, mass=0.0,
         )  # fmt: skip
         for k in range(len(world.pieces)):
-            _pair(scene, f"piece{k}", f"tip{i}", float(world.friction[i]))
+            contact = contact_of(float(world.friction[i]), float(world.soft[i]))
+            _pair(scene, f"piece{k}", f"tip{i}", contact)
     for body in scene.bodies:  # a hinge's two links overlap; MuJoCo forgets it where one is fixed
         if body.name.startswith(HAND) and body.parent.name.startswith(HAND):
             scene.add_exclude(bodyname1=body.parent.name, bodyname2=body.name)
@@ -151,9 +153,9 @@ def _model(library: Any, world: Bodies, hand: HandSpec) -> Any:
     return model
 
 
-def _pair(scene: Any, piece: str, tip: str, friction: float) -> None:
+def _pair(scene: Any, piece: str, tip: str, contact: tuple[int, list[float]]) -> None:
     """Let a fingertip touch a piece of the object as free fingertips do (``physics``)."""
     scene.add_pair(
-        geomname1=piece, geomname2=tip, condim=3, friction=[friction, friction, 0, 0, 0],
+        geomname1=piece, geomname2=tip, condim=contact[0], friction=contact[1],
         solref=[float(x) for x in CONTACT.split()], solimp=[float(x) for x in IMPEDANCE.split()],
     )  # fmt: skip

@@ -71,6 +71,9 @@ class Bodies:
     environment_friction: float  # Coulomb coefficient of floor and obstacles against the object
     gravity: float  # g, along -z
     offset: Array  # (n, 3), error of each fingertip's place, object frame
+    # (n,), L of soft fingertips: they hold the object by up to friction times L times normal force
+    # against turning about the normal
+    soft: Array
     # (3,), where the centre of mass really is, object frame, whose origin is the nominal one
     centre: Array = field(default_factory=lambda: np.zeros(3))
     # how much higher than planned the object starts, so that an object of another size does not
@@ -112,6 +115,7 @@ def world(problem: Problem, units: Units) -> Bodies:
         environment_friction=environment.friction,
         gravity=units.gravity,
         offset=np.zeros((fingers.count, 3)),
+        soft=units.length * fingers.soft,
         hand=problem.hand,
     )
 
