@@ -123,8 +123,8 @@ class Robot(Physics):
 
 def _model(library: Any, world: Bodies, hand: HandSpec) -> Any:
     """Return the compiled world with the hand in it."""
-    nobody = {name: np.zeros(0) for name in ("radius", "friction", "soft")}
-    none = replace(world, offset=np.zeros((0, 3)), **nobody)
+    empty, places = np.zeros(0), np.zeros((0, 3))
+    none = replace(world, radius=empty, friction=empty, soft=empty, offset=places)
     scene = library.MjSpec.from_string(mjcf(none))
     for geom in scene.geoms:
         geom.contype, geom.conaffinity = 2, 0

@@ -40,12 +40,8 @@ def _weakest(setup: Setup, instant: int) -> Array:
     return direction
 
 
-@count(instances=PULSES)
-def engines_under_pulses(instance: int) -> Result:
-    """MuJoCo and DART agree whether a pulse of 0.5 to 3 z is withstood.
-
-    Every other one comes where least is resisted.
-    """
+def pulse_of(instance: int) -> tuple[str, int, Array, float, tuple[Disturber, ...]]:
+    """Return a pulse: the plan's name, when it begins, its direction, over z, and who puts it."""
     group, number = divmod(instance, TOGETHER)
     setup, when, disturbers = _disturbed(group)
     rng = np.random.default_rng((instance, 1))
@@ -54,8 +50,18 @@ def engines_under_pulses(instance: int) -> Result:
     if instance % 2 == 0:
         direction = _weakest(setup, when[number])
     direction = direction / np.linalg.norm(direction)
-    withstood = [one.trial(when[number], direction, -1, fraction).withstood for one in disturbers]
+    return setup.problem.name, when[number], direction, fraction, disturbers
+
+
+@count(instances=PULSES)
+def engines_under_pulses(instance: int) -> Result:
+    """MuJoCo and DART agree whether a pulse of 0.5 to 3 z is withstood.
+
+    Every other one comes where least is resisted.
+    """
+    name, instant, direction, fraction, disturbers = pulse_of(instance)
+    withstood = [one.trial(instant, direction, -1, fraction).withstood for one in disturbers]
     words = ["withstood" if held else "lost" for held in withstood]
-    note = f"{setup.problem.name}: {fraction:.2f} z at instant {when[number]}"
+    note = f"{name}: {fraction:.2f} z at instant {instant}"
     agreed = withstood[0] == withstood[1]
     return Result(agreed, None, note, outcome=f"{words[0]} by MuJoCo, {words[1]} by DART")

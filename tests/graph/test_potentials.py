@@ -1,0 +1,77 @@
+"""Potentials: lower bounds on travel that no arc of the contact lattice outruns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.closure import Closure
+from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
+from gm_ompl.graph.potentials import potential
+from gm_ompl.scenario.load import load
+
+SETS, NODES = 8, 150
+
+PLANAR = (
+    ("tasks/ledge", ()),
+    ("tasks/corner-pivot", ()),
+    ("tasks/bookshelf", ()),
+    ("tasks/pick-card", ()),
+    ("free/stairs", ()),
+    ("free/l-bracket", ()),
+    ("free/out-of-the-corner", ()),
+    ("tasks/step-over", ("object.shape.box=[1.3, 1, 0.7]", "motion.goal.position=[3, 0, 0.5]")),
+)
+
+
+@pytest.mark.parametrize(("name", "changes"), PLANAR)
+def test_no_arc_outruns_a_potential(name: str, changes: tuple[str, ...]) -> None:
+    """Along every arc a bound falls by at most what the farthest fingertip travels."""
+    problem, rng = load(name, changes).problem, np.random.default_rng(7)
+    axis, judge = turning_axis(problem), Judge(problem, KernelBackend(problem))
+    assert axis is not None
+    bounds, closure, graph = PlanarBounds(judge, axis), Closure(judge), problem.object_graph
+    closure.grow(np.inf, NODES)
+    rows = rng.integers(0, len(problem.fingers.placements), (SETS, problem.fingers.count))
+    found = bounds.potentials(rows)
+    tips = [np.array([judge.centres(i)[r] for i, r in enumerate(row)]) for row in rows]
+    gained = 0.0
+    for tail, arcs in list(closure.leaving().items())[:NODES]:
+        here = bounds.place(graph.pose(tail))
+        for arc in arcs:
+            there = bounds.place(graph.pose(arc.head))
+            for own, centres in zip(found, tips, strict=True):
+                fallen = potential(own, *here, bounds.target) - potential(
+                    own, *there, bounds.target
+                )
+                travel = float(arc.lengths(centres).sum(axis=1).max())
+                assert fallen <= travel + 1e-7 * problem.body.diagonal
+                gained = max(gained, fallen)
+    assert gained > 0.0
+
+
+BLOCK = "environment.obstacles.block."
+LEFT = (
+    ("motion.free.region.y=[-1, 1]",),
+    ("motion.free.rotate=[x, y]",),
+    ("motion.free.rotate=[z]",),
+    (f"{BLOCK}box={{min: [0, 1.7, 0], max: [1.5, 3, 1.5]}}",),  # beside the object's end
+    (f"{BLOCK}box={{min: [0, -3, -1], max: [1.5, 3, -0.5]}}",
+     f"{BLOCK}rotation={{axis: [0, 1, 0], angle: 10 deg}}"),  # a slope
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", LEFT)
+def test_what_leaves_the_plane_has_none(changes: tuple[str, ...]) -> None:
+    """Motion that the plane does not show is bounded otherwise."""
+    assert turning_axis(load("tasks/corner-pivot", changes).problem) is None
+
+
+def test_obstacles_beside_the_object_do_not_matter() -> None:
+    """What the object passes by, and what it stands out beyond, leave it in the plane."""
+    for y in ("[2, 3]", "[-0.5, 0.5]", "[0, 3]"):
+        low, high = y.strip("[]").split(",")
+        box = f"{BLOCK}box={{min: [0, {low}, 0], max: [1.5, {high}, 1.5]}}"
+        assert turning_axis(load("tasks/corner-pivot", (box,)).problem) == 1
