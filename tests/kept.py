@@ -24,8 +24,8 @@ def kept(problem: Problem, enough: float = math.inf) -> KeptSearch:
     return search
 
 
-def lanes(problem: Problem) -> SearchResult:
+def lanes(problem: Problem, seconds: float | None = None) -> SearchResult:
     """What the search over lanes finds by itself."""
     judge = Judge(problem, KernelBackend(problem))
     with mock.patch.object(KeptSearch, "of", return_value=None):
-        return FreeSearch(problem, judge, Log(Budget().start(), judge), silent).run()
+        return FreeSearch(problem, judge, Log(Budget(seconds).start(), judge), silent).run()
