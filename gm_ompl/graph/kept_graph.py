@@ -41,6 +41,9 @@ from gm_ompl.problem import Placements
 MOST_SETS: Final = 1_000_000
 """Sets of placements that are treated at once."""
 
+SET_BYTES: Final = 1000.0
+"""What is held for a set, at first."""
+
 ASKS: Final = 20_000
 """Margins asked for at once."""
 
@@ -107,7 +110,9 @@ class KeptGraph:
         free = judge.node(self._graph.pose(self._graph.start)).free
         allowed = restricted(restricted(free, hand.start), hand.goal)
         found = placement_sets(hand.groups(), allowed, judge.clear, MOST_SETS)
-        return np.zeros((0, hand.count), dtype=np.int64) if found is None else found
+        if found is None or not limits.fits(SET_BYTES * len(found)):
+            return np.zeros((0, hand.count), dtype=np.int64)
+        return found
 
     @property
     def open(self) -> IntArray:

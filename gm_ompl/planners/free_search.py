@@ -48,6 +48,7 @@ class FreeSearch:
         self._problem, self._judge, self._log, self._report = problem, judge, log, report
         self._result = without_search(Status.BUDGET, 0.0, log.meter)
         self._kept: KeptSearch | None = None
+        self._began = False
         self._expanded = self._generated = 0
         self._work = [0.0, 0.0]  # what each of the two has taken, in nodes of the object graph
 
@@ -56,7 +57,6 @@ class FreeSearch:
         try:
             closure = Closure(self._judge, self._log.meter.spent)
             closure.to_goal()
-            self._kept = KeptSearch.of(self._judge, self._log)
             while not self._step(closure):
                 pass
         except KeyboardInterrupt:
@@ -71,7 +71,8 @@ class FreeSearch:
 
     def _step(self, closure: Closure) -> bool:
         """Search a larger part, and for plans without regrasping; whether there is no more."""
-        cost, kept = self._result.cost, self._kept
+        cost = self._result.cost
+        kept = None if cost is None else self._without_regrasps()
         proves = cost is not None and kept is not None and kept.proves(cost)
         if cost is None:
             closure.double()
@@ -82,6 +83,12 @@ class FreeSearch:
         return self._search(closure) or (
             self._result.cost is None and self._keep(SHARE * self._work[0])
         )
+
+    def _without_regrasps(self) -> KeptSearch | None:
+        """Return the search for plans without regrasping, begun when it is asked for."""
+        if not self._began:
+            self._began, self._kept = True, KeptSearch.of(self._judge, self._log)
+        return self._kept
 
     def _search(self, closure: Closure) -> bool:
         """Search a part over lanes; whether that is all."""
@@ -103,7 +110,7 @@ class FreeSearch:
 
     def _keep(self, work: float) -> bool:
         """Go on with the search for plans without regrasping; whether a plan is optimal."""
-        kept = self._kept
+        kept = self._without_regrasps()
         if kept is None or kept.done:
             return False
         before, cost = self._log.decisions, self._result.cost
