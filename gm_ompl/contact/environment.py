@@ -166,9 +166,9 @@ def _floor_patch(piece: PlacedPiece, tolerance: float) -> ContactPatch | None:
     if abs(heights.min()) > tolerance:
         return None
     feet = piece.vertices[np.abs(heights) <= tolerance]
-    corners = convex_hull(feet[:, :2].copy(), tolerance)
+    corners = convex_hull([(x, y) for x, y, _ in feet.tolist()], tolerance)
     # In the order of the vertices: where the cycle begins would hang on rounding.
-    return ContactPatch(feet[np.sort(corners)], UP)
+    return ContactPatch(feet[sorted(corners)], UP)
 
 
 def _distinct(points: Array, normals: Array, tolerance: float) -> tuple[Array, Array]:

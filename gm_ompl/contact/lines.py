@@ -57,7 +57,7 @@ def contact_groups(contacts: EnvironmentContacts, tolerance: float) -> list[Cont
     points, normals = contacts.points[: contacts.corners], contacts.normals[: contacts.corners]
     left, groups = list(range(len(points))), list[ContactGroup]()
     while left:
-        normal = normals[left[0]].copy()
+        normal = normals[left[0]]
         heights = points[left] @ normal
         alike = np.abs(normals[left] - normal).max(axis=1) <= SAME
         alike &= np.abs(heights - heights[0]) <= tolerance
@@ -76,7 +76,8 @@ def rim_lines(group: ContactGroup, axes: Sequence[Array], tolerance: float) -> I
         tolerance: points so near to each other, or to a line, are one, or on it (a length).
     """
     basis = plane_basis(group.normal)
-    corners = group.points[convex_hull(group.points @ basis.T, tolerance)]
+    flat = [(x, y) for x, y in (group.points @ basis.T).tolist()]
+    corners = group.points[convex_hull(flat, tolerance)]
     if len(corners) == 1:
         yield from (Line(corners[0], axis) for axis in axes)
         return

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled
 from gm_ompl.geometry.polygon import (
+    Point2,
     clip,
     convex_hull,
     depth_inside,
@@ -18,7 +18,6 @@ from gm_ompl.geometry.polygon import (
     side,
 )
 from gm_ompl.geometry.separation import PlacedPiece, edge_gaps, face_gaps
-from gm_ompl.geometry.vectors import dot
 
 
 class ContactPatch(NamedTuple):
@@ -57,72 +56,30 @@ def contact_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPa
 def _face_patch(
     owner: PlacedPiece, other: PlacedPiece, face: int, tolerance: float
 ) -> Array | None:
-    """Return the patch on one of the owner's faces, seen from outside; None if it has no extent."""
-    plane = owner.normals[face], float(owner.offsets[face])
-    points: Array = face_patch(*plane, owner.vertices, other.vertices, tolerance)
-    return points if len(points) else None
-
-
-@compiled
-def face_patch(
-    normal: Array, offset: float, owner: Array, other: Array, tolerance: float
-) -> Array:  # fmt: skip
-    """Return the patch (k, 3) of two convex pieces in the plane of a face; empty: no extent.
+    """Return the patch on one of the owner's faces, seen from outside; None if it has no extent.
 
     The face's neighbours within the tolerance of its plane belong to it.
-
-    Args:
-        normal: (3,), unit, of the face.
-        offset: of its plane from the origin, along it.
-        owner: vertices of the piece that has the face, (v, 3).
-        other: of the other one, (w, 3).
-        tolerance: a length.
     """
-    basis, none = plane_basis(normal), np.empty((0, 2))
-    window = in_plane(owner, normal, offset, basis, tolerance)
-    foot = in_plane(other, normal, offset, basis, tolerance)
-    corners = none
-    if len(window) >= 3 and len(foot) == 1:
-        corners = foot if depth_inside(window, foot[0]) > tolerance else none
-    elif len(window) >= 3 and len(foot) > 1:
-        part = clip(foot, window)
-        if len(part) >= 2:
-            corners = part[convex_hull(part, tolerance)]
-        if len(corners) == 2 and len(foot) == 2:
-            middle = (corners[0] + corners[1]) / 2.0
-            corners = corners if depth_inside(window, middle) > tolerance else none
-        elif len(corners) < 3:
-            corners = none
-    return lifted(corners, normal, offset, basis)
-
-
-@compiled
-def in_plane(
-    vertices: Array, normal: Array, offset: float, basis: Array, tolerance: float
-) -> Array:  # fmt: skip
-    """Return the hull (k, 2) of the vertices (v, 3) in a plane: a point, segment or polygon."""
-    points, count = np.empty((len(vertices), 2)), 0
-    for i in range(len(vertices)):
-        if abs(dot(vertices[i], normal) - offset) <= tolerance:
-            points[count, 0], points[count, 1] = (
-                dot(vertices[i], basis[0]),
-                dot(vertices[i], basis[1]),
-            )
-            count += 1
-    if count == 0:
-        return points[:0].copy()
-    return points[:count][convex_hull(points[:count], tolerance)]
-
-
-@compiled
-def lifted(points: Array, normal: Array, offset: float, basis: Array) -> Array:
-    """Return points (k, 2) of a plane in space, (k, 3)."""
-    found = np.empty((len(points), 3))
-    for i in range(len(points)):
-        for c in range(3):
-            along = points[i, 0] * basis[0, c] + points[i, 1] * basis[1, c]
-            found[i, c] = along + offset * normal[c]
-    return found
+    normal, offset = owner.normals[face], owner.offsets[face]
+    chart = _Chart(normal, offset)
+    window = chart.corners(owner, tolerance)
+    foot = chart.corners(other, tolerance)
+    if len(window) < 3 or not foot:
+        return None
+    if len(foot) == 1:
+        inside = depth_inside(window, foot[0]) > tolerance
+        return chart.lift(foot) if inside else None
+    part = clip(foot, window)
+    if len(part) < 2:
+        return None
+    corners = [part[i] for i in convex_hull(part, tolerance)]
+    if len(corners) == 1 or (len(corners) == 2 and len(foot) > 2):
+        return None
+    if len(corners) == 2:
+        (ax, ay), (bx, by) = corners
+        if depth_inside(window, ((ax + bx) / 2, (ay + by) / 2)) <= tolerance:
+            return None
+    return chart.lift(corners)
 
 
 def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPatch | None:
@@ -134,29 +91,43 @@ def _edge_patch(a: PlacedPiece, b: PlacedPiece, tolerance: float) -> ContactPatc
     for k in np.flatnonzero(widths >= max(best - tolerance, -tolerance)):
         normal = normals[k]
         of_a, of_b = (a.vertices @ normal).min(), (b.vertices @ normal).max()
-        basis, offset = plane_basis(normal), float(of_a + of_b) / 2.0
-        first, second = (in_plane(x.vertices, normal, offset, basis, tolerance) for x in (a, b))
-        point: Array = crossing(first, second, tolerance)
-        if len(point):
-            return ContactPatch(lifted(point, normal, offset, basis), normal)
+        chart = _Chart(normal, (of_a + of_b) / 2)
+        point = _crossing(chart.corners(a, tolerance), chart.corners(b, tolerance), tolerance)
+        if point is not None:
+            return ContactPatch(chart.lift([point]), normal)
     return None
 
 
-@compiled
-def crossing(first: Array, second: Array, tolerance: float) -> Array:
-    """Return (1, 2) where two segments (2, 2) cross, ``tolerance`` from all ends; empty: not."""
-    found, nowhere = np.empty((1, 2)), np.empty((0, 2))
+def _crossing(first: list[Point2], second: list[Point2], tolerance: float) -> Point2 | None:
+    """Return where two segments cross, at least ``tolerance`` from all four ends."""
     if len(first) != 2 or len(second) != 2:
-        return nowhere
-    p, q, r, s = first[0], first[1], second[0], second[1]
+        return None
+    (p, q), (r, s) = first, second
     before, after = side(r, s, p), side(r, s, q)
     if before * after >= 0.0 or side(p, q, r) * side(p, q, s) >= 0.0:
-        return nowhere
-    for c in range(2):
-        found[0, c] = p[c] + before / (before - after) * (q[c] - p[c])
-    near = min(distance(found[0], p), distance(found[0], q))
-    near = min(near, distance(found[0], r), distance(found[0], s))
-    return found if near > tolerance else nowhere
+        return None
+    t = before / (before - after)
+    x = (p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]))
+    return x if min(distance(x, end) for end in (p, q, r, s)) > tolerance else None
+
+
+class _Chart:
+    """Coordinates in the contact plane ``normal . x = offset``."""
+
+    def __init__(self, normal: Array, offset: float) -> None:
+        self.normal, self.offset = normal, offset
+        self.basis = plane_basis(normal)
+
+    def corners(self, body: PlacedPiece, tolerance: float) -> list[Point2]:
+        """Return the hull of the body's vertices in the plane: a point, segment or polygon."""
+        near = np.abs(body.vertices @ self.normal - self.offset) <= tolerance
+        points = [(x, y) for x, y in (body.vertices[near] @ self.basis.T).tolist()]
+        return [points[i] for i in convex_hull(points, tolerance)] if points else []
+
+    def lift(self, points: list[Point2]) -> Array:
+        """Return plane points (k, 2) in space, (k, 3)."""
+        lifted: Array = np.array(points) @ self.basis + self.offset * self.normal
+        return lifted
 
 
 SAME_NORMAL = 1e-6
@@ -210,7 +181,7 @@ def _hull(cluster: Iterable[ContactPatch], tolerance: float) -> ContactPatch:
     parts = list(cluster)
     normal = parts[0].normal
     points = np.concatenate([patch.points for patch in parts])
-    flat = points @ plane_basis(normal).T
+    flat: list[Point2] = [(float(x), float(y)) for x, y in points @ plane_basis(normal).T]
     return ContactPatch(points[convex_hull(flat, tolerance)], normal)
 
 

@@ -262,7 +262,7 @@ def contacts_in_words(problem: Problem, pose: Pose) -> str:
 
 
 def _shape(points: Array, normals: Array, problem: Problem) -> str:
-    flat = points @ plane_basis(normals[0]).T
+    flat = [(x, y) for x, y in (points @ plane_basis(normals[0]).T).tolist()]
     near = problem.environment.contact_tolerance * problem.body.diagonal
     return ("corner", "edge", "face")[min(len(convex_hull(flat, near)), 3) - 1]
 

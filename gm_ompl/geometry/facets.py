@@ -100,7 +100,7 @@ def _faces(local: Array, found: ConvexHull) -> list[list[int]]:
         free[triangles] = False
         members = sorted(set(found.simplices[triangles].ravel()))
         plane = local[members] @ plane_basis(normal).T
-        ring = convex_hull(plane, COPLANAR).tolist()
+        ring = convex_hull([(float(x), float(y)) for x, y in plane], COPLANAR)
         faces.append([int(members[i]) for i in ring])
     return faces
 

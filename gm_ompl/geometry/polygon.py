@@ -1,172 +1,126 @@
-"""Convex figures in a plane, told apart up to a tolerance, and rectangles around them.
-
-What is asked for at every pose is compiled.
-"""
+"""Convex figures in a plane, told apart up to a tolerance, and rectangles around them."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.arrays import Array
+
+Point2 = tuple[float, float]
 
 
-@compiled
 def plane_basis(normal: Array) -> Array:
     """Return (2, 3) orthonormal directions e1, e2 of a plane with e1 x e2 = ``normal`` (unit)."""
+    x, y, z = (float(c) for c in normal)
     # The axis least along the normal leaves the longest projection: no cancellation.
-    axis = 0
-    for k in (1, 2):
-        if abs(normal[k]) < abs(normal[axis]):
-            axis = k
-    e = np.empty((2, 3))
-    for k in range(3):
-        e[0, k] = (1.0 if k == axis else 0.0) - normal[axis] * normal[k]
-    length = np.sqrt(e[0, 0] * e[0, 0] + e[0, 1] * e[0, 1] + e[0, 2] * e[0, 2])
-    for k in range(3):
-        e[0, k] /= length
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        e[1, k] = normal[i] * e[0, j] - normal[j] * e[0, i]
-    return e
+    axis = min(range(3), key=lambda k: (abs((x, y, z)[k]), k))
+    e1 = np.zeros(3)
+    e1[axis] = 1.0
+    e1 -= (x, y, z)[axis] * normal
+    e1 /= np.sqrt(e1 @ e1)
+    a, b, c = (float(t) for t in e1)
+    return np.array([[a, b, c], [y * c - z * b, z * a - x * c, x * b - y * a]])
 
 
-@inlined
-def side(p: Array, q: Array, x: Array) -> float:
-    """Return twice the area of the triangle p, q, x (2,): positive where x lies left of p -> q."""
-    return float((q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]))
+def side(p: Point2, q: Point2, x: Point2) -> float:
+    """Return twice the area of the triangle p, q, x: positive where x lies left of p -> q."""
+    return (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0])
 
 
-@inlined
-def distance(p: Array, q: Array) -> float:
-    """Return the distance between two points (2,)."""
-    return float(np.hypot(q[0] - p[0], q[1] - p[1]))
+def distance(p: Point2, q: Point2) -> float:
+    """Return the distance between two points."""
+    return math.hypot(q[0] - p[0], q[1] - p[1])
 
 
-@compiled
-def convex_hull(points: Array, tolerance: float) -> IntArray:
-    """Return the numbers of the corners of the hull of points (k, 2), counter-clockwise.
+def convex_hull(points: Sequence[Point2], tolerance: float) -> list[int]:
+    """Return the numbers of the hull's corners, counter-clockwise.
 
     One number: all points lie within ``tolerance`` of it. Two: within ``tolerance`` of the
     segment between them. Corners within ``tolerance`` of the chord of their neighbours are left
     out.
     """
     chain = _monotone_chain(points)
-    first = far = chain[0]
-    for i in chain:
-        if distance(points[first], points[i]) > distance(points[first], points[far]):
-            far = i
+    first = chain[0]
+    far = max(chain, key=lambda i: distance(points[first], points[i]))
     length = distance(points[first], points[far])
     if length <= tolerance:
-        return chain[:1].copy()
-    flat = True
-    for i in chain:
-        flat &= abs(side(points[first], points[far], points[i])) <= tolerance * length
-    if flat:
-        return np.array([first, far])
+        return [first]
+    p, q = points[first], points[far]
+    if all(abs(side(p, q, points[i])) <= tolerance * length for i in chain):
+        return [first, far]
     return _without_flat_corners(points, chain, tolerance)
 
 
-@compiled
-def _monotone_chain(points: Array) -> IntArray:
-    count = len(points)
-    order = np.arange(count)
-    for i in range(1, count):  # by x, then y
-        one, k = order[i], i
-        while k > 0 and _comes_first(points, one, order[k - 1]):
-            order[k] = order[k - 1]
-            k -= 1
-        order[k] = one
-    chain, size = np.empty(2 * count + 1, dtype=np.int64), 0
-    for sweep in range(2):
-        base = size
-        for step in range(count):
-            i = order[step if sweep == 0 else count - 1 - step]
-            while size >= base + 2 and (
-                side(points[chain[size - 2]], points[chain[size - 1]], points[i]) <= 0.0
+def _monotone_chain(points: Sequence[Point2]) -> list[int]:
+    order = sorted(range(len(points)), key=lambda i: (points[i], i))
+    chain: list[int] = []
+    for sweep in (order, order[::-1]):
+        base = len(chain)
+        for i in sweep:
+            while len(chain) >= base + 2 and (
+                side(points[chain[-2]], points[chain[-1]], points[i]) <= 0.0
             ):
-                size -= 1
-            chain[size] = i
-            size += 1
-        size -= 1
-    if size == 0:
-        size = 1
-        chain[0] = order[0]
-    return chain[:size].copy()
+                chain.pop()
+            chain.append(i)
+        chain.pop()
+    return chain or [order[0]]
 
 
-@inlined
-def _comes_first(points: Array, i: int, j: int) -> bool:
-    """Whether a point has the lesser x, or then y, than one of a lesser number."""
-    if points[i, 0] == points[j, 0]:
-        return bool(points[i, 1] < points[j, 1])
-    return bool(points[i, 0] < points[j, 0])
-
-
-@compiled
-def _without_flat_corners(points: Array, chain: IntArray, tolerance: float) -> IntArray:
-    kept, size, k = chain.copy(), len(chain), 0
-    while k < size and size > 3:
-        p, x, q = (
-            points[kept[k - 1 if k else size - 1]],
-            points[kept[k]],
-            points[kept[(k + 1) % size]],
-        )
+def _without_flat_corners(
+    points: Sequence[Point2], chain: list[int], tolerance: float
+) -> list[int]:
+    kept = chain.copy()
+    k = 0
+    while k < len(kept) and len(kept) > 3:
+        p, x, q = (points[kept[(k + step) % len(kept)]] for step in (-1, 0, 1))
         if _distance_to_segment(p, q, x) <= tolerance:
-            kept[k : size - 1] = kept[k + 1 : size].copy()
-            size, k = size - 1, max(k - 1, 0)
+            del kept[k]
+            k = max(k - 1, 0)
         else:
             k += 1
-    return kept[:size].copy()
+    return kept
 
 
-@inlined
-def _distance_to_segment(p: Array, q: Array, x: Array) -> float:
+def _distance_to_segment(p: Point2, q: Point2, x: Point2) -> float:
     dx, dy = q[0] - p[0], q[1] - p[1]
     square = dx * dx + dy * dy
-    t = 0.0
-    if square > 0.0:
-        t = min(max(((x[0] - p[0]) * dx + (x[1] - p[1]) * dy) / square, 0.0), 1.0)
-    return float(np.hypot(x[0] - p[0] - t * dx, x[1] - p[1] - t * dy))
+    t = 0.0 if square == 0.0 else ((x[0] - p[0]) * dx + (x[1] - p[1]) * dy) / square
+    t = min(max(t, 0.0), 1.0)
+    return distance((p[0] + t * dx, p[1] + t * dy), x)
 
 
-@compiled
-def depth_inside(polygon: Array, x: Array) -> float:
-    """Return the distance of x (2,) from the nearest edge line (k, 2); negative outside."""
-    least = np.inf
-    for i in range(len(polygon)):
-        p, q = polygon[i], polygon[(i + 1) % len(polygon)]
-        least = min(least, side(p, q, x) / distance(p, q))
-    return float(least)
+def depth_inside(polygon: Sequence[Point2], x: Point2) -> float:
+    """Return the distance from ``x`` to the nearest edge line; negative outside."""
+    return min(
+        side(p, q, x) / distance(p, q)
+        for p, q in zip(polygon, (*polygon[1:], polygon[0]), strict=True)
+    )
 
 
-@compiled
-def clip(subject: Array, window: Array) -> Array:
+def clip(subject: Sequence[Point2], window: Sequence[Point2]) -> list[Point2]:
     """Return the part of a convex polygon or segment inside a convex polygon (Sutherland-Hodgman).
 
     Args:
-        subject: corners (k, 2), a polygon in either sense or the two ends of a segment.
-        window: corners (m, 2), counter-clockwise.
+        subject: corners, a polygon in either sense or the two ends of a segment.
+        window: corners, counter-clockwise.
     """
-    part, size, closed = subject.copy(), len(subject), len(subject) > 2
-    for w in range(len(window)):
-        p, q = window[w], window[(w + 1) % len(window)]
-        kept, count = np.empty((2 * size, 2)), 0
-        for i in range(size):
-            h = side(p, q, part[i])
+    part = list(subject)
+    closed = len(part) > 2
+    for p, q in zip(window, (*window[1:], window[0]), strict=True):
+        heights = [side(p, q, x) for x in part]
+        kept: list[Point2] = []
+        for i, (x, h) in enumerate(zip(part, heights, strict=True)):
             if h >= 0.0:
-                kept[count] = part[i]
-                count += 1
-            following = (i + 1) % size
-            ahead = side(p, q, part[following])
-            if (closed or following > i) and h * ahead < 0.0:
-                t = h / (h - ahead)
-                for c in range(2):
-                    kept[count, c] = part[i, c] + t * (part[following, c] - part[i, c])
-                count += 1
-        part, size = kept[:count].copy(), count
+                kept.append(x)
+            following = (i + 1) % len(part)
+            if (closed or following > i) and h * heights[following] < 0.0:
+                y, t = part[following], h / (h - heights[following])
+                kept.append((x[0] + t * (y[0] - x[0]), x[1] + t * (y[1] - x[1])))
+        part = kept
     return part
 
 

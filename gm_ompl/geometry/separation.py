@@ -39,14 +39,13 @@ class PlacedPiece:
 
     def __init__(self, piece: ConvexPiece, pose: Pose | None = None) -> None:
         self.piece, self._pose = piece, pose
-        # Copies are not read-only: to compiled code that is another kind of array.
-        self.vertices = piece.vertices.copy() if pose is None else pose.apply(piece.vertices)
+        self.vertices = piece.vertices if pose is None else pose.apply(piece.vertices)
 
     @functools.cached_property
     def normals(self) -> Array:
         """Outward unit normals (f, 3) of its faces."""
         normals, pose = self.piece.face_normals, self._pose
-        return normals.copy() if pose is None else normals @ pose.rotation.T
+        return normals if pose is None else normals @ pose.rotation.T
 
     @functools.cached_property
     def offsets(self) -> Array:

@@ -228,7 +228,7 @@ def _faces_of(body: Body) -> Iterator[Face]:
 def _outline(plane: PlanarFace, D: float) -> Array:
     """Return the corners of a planar face's convex hull, counter-clockwise from outside."""
     corners = plane.rim[:, 0]
-    flat = corners @ plane_basis(plane.normal).T
+    flat = [(float(x), float(y)) for x, y in corners @ plane_basis(plane.normal).T]
     ring: Array = corners[convex_hull(flat, INSIDE * D)]
     return ring
 
