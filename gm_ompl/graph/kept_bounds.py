@@ -1,12 +1,13 @@
 """Lower bounds on plans that keep the whole hand in place, for free motion that stays in a plane.
 
-There the object turns about one axis alone and goes along two. It touches nothing but with what
-the plane shows of its outline, so every rotation is about a point of that, or, where the object
-touches nothing, about its centre of mass.
+There the object turns about one axis alone and goes along two, or along a face that leans on the
+corners of two obstacles. It touches nothing but with what the plane shows of its outline, so every
+rotation is about a point of that, or, where the object touches nothing, about its centre of mass.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Final, NamedTuple, final
 
@@ -16,7 +17,7 @@ from scipy.spatial import ConvexHull
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph.potentials import POTENTIALS, Target, set_up_all
+from gm_ompl.graph.potentials import POTENTIALS, SLOPES, Target, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
 from gm_ompl.problem import Problem
 
@@ -48,7 +49,7 @@ def turning_axis(problem: Problem) -> int | None:
     low, high = motion.region[:, axis]
     if not one or axis == 2 or high - low > SLACK * D:
         return None
-    R, near = motion.start.rotation, problem.environment.contact_tolerance + SLACK * D
+    R, near = motion.start.rotation, (problem.environment.contact_tolerance + SLACK) * D
     fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
     upright = all(_along_or_across(p.face_normals @ R[axis]) for p in problem.body.pieces)
     level = all(_along_or_across(p.face_normals) for p in fixed)
@@ -70,12 +71,31 @@ def _reach(heights: Array) -> tuple[float, float]:
     return float(heights.min()), float(heights.max())
 
 
+def leans(problem: Problem, axis: int) -> bool:
+    """Whether a face may lie askew on corners of two obstacles, and slide along them.
+
+    Both are on one side of it then: it is along their hull, between them.
+
+    Args:
+        problem: of free motion.
+        axis: its ``turning_axis``.
+    """
+    plane, D = [(axis + 1) % 3, (axis + 2) % 3], problem.body.diagonal
+    fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
+    return any(
+        (np.abs(side).min() > LEVEL * D) and np.linalg.norm(side) <= (1.0 + SLACK) * D
+        for a, b in itertools.combinations([piece.vertices[:, plane] for piece in fixed], 2)
+        for side in _sides(np.concatenate([a, b]))
+    )
+
+
 class Outline(NamedTuple):
     """What the plane shows of the object, cut into pieces.
 
     Attributes:
         ends: (S, 2, 2), the pieces' ends; the last one is the centre of mass.
-        near: per finger, (P, S, 2), each fingertip's distance at the pieces' ends, from below.
+        near: per finger, (P, S, 2), each fingertip's distance at the pieces' ends, from below; less
+            what moving a point by the contact tolerance takes from a gap of ``set_up``.
         tips: per finger, (P, 2).
         points: (M, 2), points of the object to choose from.
     """
@@ -107,6 +127,7 @@ class PlanarBounds:
         self._outline = self._shown(judge)
         delta = motion.steps.rotation / problem.cost.samples_per_arc
         self._kappa = math.sin(delta / 2.0) / (delta / 2.0)
+        self._steepest = 1.0 if leans(problem, axis) else float(SLOPES[-1])
         self.target = self._target(motion.goal)
 
     def _shown(self, judge: Judge) -> Outline:
@@ -119,7 +140,9 @@ class PlanarBounds:
         far = np.abs(self._flat(problem.body.vertices)).max(axis=0) * 1.5
         axes = [np.linspace(-f, f, POINTS) for f in far]
         points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        return Outline(ends, [_from_pieces(t, ends) for t in tips], tips, points)
+        # What counts as touched is off the outline by no more than the contact tolerance.
+        off = (1.0 + SLOPES[-1]) * problem.environment.contact_tolerance * problem.body.diagonal
+        return Outline(ends, [_from_pieces(t, ends) - off for t in tips], tips, points)
 
     def _flat(self, points: Array) -> Array:
         """Return points (m, 3) of the object as the plane shows them at the start, (m, 2)."""
@@ -151,6 +174,8 @@ class PlanarBounds:
             tips = np.stack([table[r] for table, r in zip(outline.tips, some, strict=True)], axis=1)
             part = found[first : first + AT_ONCE]
             set_up_all(near, outline.points, outline.ends, self._kappa, tips, part)
+        # A shorter y gains less from rotations.
+        found[..., 2] = np.minimum(found[..., 2], self._steepest)
         return found
 
 
@@ -165,6 +190,13 @@ def _rim(points: Array) -> Array:
         along = a + t * (b - a)
         pieces.append(np.stack([along[:-1], along[1:]], axis=1))
     return np.ascontiguousarray(np.concatenate(pieces))
+
+
+def _sides(points: Array) -> Array:
+    """Return the sides (m, 2) of the hull of points (k, 2)."""
+    hull = ConvexHull(points)
+    sides: Array = points[hull.simplices[:, 1]] - points[hull.simplices[:, 0]]
+    return sides
 
 
 def _from_pieces(points: Array, pieces: Array) -> Array:

@@ -14,7 +14,19 @@ from gm_ompl.scenario.load import load
 
 SETS, NODES = 8, 150
 
+BLOCK = "environment.obstacles.block."
+LEANING = (  # a plate on two steps
+    "object.shape.box=[4, 1, 0.2]",
+    "fingers.radius=0.1",
+    "fingers.placements.grid=[3, 1]",
+    f"{BLOCK}box={{min: [0, -0.75, 0], max: [1, 0.75, 1]}}",
+    "environment.obstacles.upper={box: {min: [1, -0.75, 0], max: [4, 0.75, 2]}}",
+    "motion.free.region={x: [-4, 6], y: [0, 0], z: [0, 6]}",
+    "motion.start={position: [0.42929, 0, 1.57071], rotation: {axis: [0, 1, 0], angle: -45 deg}}",
+    "motion.goal={position: [1.42929, 0, 2.57071], rotation: {axis: [0, 1, 0], angle: -45 deg}}",
+)
 PLANAR = (
+    ("tasks/corner-pivot", LEANING),
     ("tasks/ledge", ()),
     ("tasks/corner-pivot", ()),
     ("tasks/bookshelf", ()),
@@ -52,12 +64,13 @@ def test_no_arc_outruns_a_potential(name: str, changes: tuple[str, ...]) -> None
     assert gained > 0.0
 
 
-BLOCK = "environment.obstacles.block."
 LEFT = (
     ("motion.free.region.y=[-1, 1]",),
     ("motion.free.rotate=[x, y]",),
     ("motion.free.rotate=[z]",),
     (f"{BLOCK}box={{min: [0, 1.7, 0], max: [1.5, 3, 1.5]}}",),  # beside the object's end
+    ("mechanics.contact_tolerance=1e-3",
+     f"{BLOCK}box={{min: [0, 1.703, 0], max: [1.5, 3, 1.5]}}"),  # so near that it touches
     (f"{BLOCK}box={{min: [0, -3, -1], max: [1.5, 3, -0.5]}}",
      f"{BLOCK}rotation={{axis: [0, 1, 0], angle: 10 deg}}"),  # a slope
 )  # fmt: skip
