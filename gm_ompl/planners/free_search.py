@@ -111,7 +111,7 @@ class FreeSearch:
     def _keep(self, work: float) -> bool:
         """Go on with the search for plans without regrasping; whether a plan is optimal."""
         kept = self._without_regrasps()
-        if kept is None or kept.done:
+        if kept is None:
             return False
         before, cost = self._log.decisions, self._result.cost
         while self._work[1] < work and not kept.done:
