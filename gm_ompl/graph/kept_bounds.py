@@ -125,7 +125,9 @@ class PlanarBounds:
         # Turned by a positive angle the first goes towards the second.
         self._plane, self._from = [(axis + 1) % 3, (axis + 2) % 3], motion.start.rotation
         self._outline = self._shown(judge)
-        delta = motion.steps.rotation / problem.cost.samples_per_arc
+        # Judged from end to end, the middle one of three segments is half of all.
+        longest = 1.5 if motion.ends else 1.0
+        delta = longest * motion.steps.rotation / problem.cost.samples_per_arc
         self._kappa = math.sin(delta / 2.0) / (delta / 2.0)
         self._steepest = 1.0 if leans(problem, axis) else float(SLOPES[-1])
         self.target = self._target(motion.goal)

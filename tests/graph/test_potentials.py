@@ -25,9 +25,18 @@ LEANING = (  # a plate on two steps
     "motion.start={position: [0.42929, 0, 1.57071], rotation: {axis: [0, 1, 0], angle: -45 deg}}",
     "motion.goal={position: [1.42929, 0, 2.57071], rotation: {axis: [0, 1, 0], angle: -45 deg}}",
 )
+ALOFT = (  # it turns about its middle, in chords as long as they get
+    "object.shape.box=[1, 1, 0.5]",
+    "motion.start.position=[0, 0, 1]",
+    "motion.goal.position=[0, 0, 1]",
+    "lattice.steps.rotation=45 deg",
+    "fingers.placements.grid=[1, 1]",
+    "cost.samples_at=ends",
+)
 PLANAR = (
     ("tasks/corner-pivot", LEANING),
     ("tasks/ledge", ()),
+    ("tasks/pick-card-soft", ALOFT),
     ("tasks/corner-pivot", ()),
     ("tasks/bookshelf", ()),
     ("tasks/pick-card", ()),
