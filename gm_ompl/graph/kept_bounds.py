@@ -14,6 +14,7 @@ from typing import Final, NamedTuple, final
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
@@ -30,8 +31,8 @@ POINTS: Final = 9
 LEVEL: Final = 1e-9
 """A component of a unit vector that counts as nothing."""
 
-AT_ONCE: Final = 4096
-"""Sets of placements treated at once."""
+AT_ONCE: Final = 512
+"""Sets of placements treated at once, between two looks at the limits."""
 
 
 def turning_axis(problem: Problem) -> int | None:
@@ -168,9 +169,14 @@ class PlanarBounds:
         return x, z, self._turn(pose.rotation)
 
     def potentials(self, rows: IntArray) -> Array:
-        """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n)."""
+        """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n).
+
+        Raises:
+            LimitError: a limit is reached.
+        """
         outline, found = self._outline, np.empty((len(rows), POTENTIALS, 4))
         for first in range(0, len(rows), AT_ONCE):
+            limits.check()
             some = rows[first : first + AT_ONCE].T
             near = np.stack([table[r] for table, r in zip(outline.near, some, strict=True)], axis=1)
             tips = np.stack([table[r] for table, r in zip(outline.tips, some, strict=True)], axis=1)

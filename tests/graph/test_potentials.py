@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gm_ompl import limits
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.closure import Closure
@@ -97,3 +99,12 @@ def test_obstacles_beside_the_object_do_not_matter() -> None:
         low, high = y.strip("[]").split(",")
         box = f"{BLOCK}box={{min: [0, {low}, 0], max: [1.5, {high}, 1.5]}}"
         assert turning_axis(load("tasks/corner-pivot", (box,)).problem) == 1
+
+
+def test_limits_hold_over_many_sets() -> None:
+    """Potentials of many sets take long: the limits are looked at on the way."""
+    problem = load("tasks/ledge").problem
+    bounds = PlanarBounds(Judge(problem, KernelBackend(problem)), 1)
+    rows = np.zeros((100_000, problem.fingers.count), dtype=np.int64)
+    with limits.holding(0.0), pytest.raises(LimitError):
+        bounds.potentials(rows)
