@@ -61,12 +61,12 @@ class FreeSearch:
                 pass
         except KeyboardInterrupt:
             self._take_kept()
-            return dataclasses.replace(self._result, status=Status.INTERRUPTED)
+            return dataclasses.replace(self._counted(self._result), status=Status.INTERRUPTED)
         except LimitError as stopped:
             self._take_kept()
             ended = {"ended_by": str(stopped)} if str(stopped) else {}
-            statistics = {**self._result.statistics, **ended}
-            return dataclasses.replace(self._result, statistics=statistics)
+            counted = self._counted(self._result)
+            return dataclasses.replace(counted, statistics={**counted.statistics, **ended})
         return self._result
 
     def _step(self, closure: Closure) -> bool:

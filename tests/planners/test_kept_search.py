@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from unittest import mock
 
 import pytest
 
+from gm_ompl.errors import LimitError
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.closure import Closure
+from gm_ompl.planners import free_search
+from gm_ompl.planners.free_search import FreeSearch
+from gm_ompl.planners.kept_search import KeptSearch
+from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.planner import Budget, SearchResult, silent
+from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 from tests.kept import kept, lanes
 
@@ -45,3 +57,40 @@ def test_what_is_enough_ends_it() -> None:
     assert search.cost == math.inf
     assert search.bound == pytest.approx(0.9 * whole.cost)
     assert search.expanded < whole.expanded
+
+
+def searched(problem: Problem, kept: mock.Mock) -> SearchResult:
+    """What lanes find beside a search that stands in for the one without regrasping."""
+    judge = Judge(problem, KernelBackend(problem))
+    with mock.patch.object(KeptSearch, "of", return_value=kept):
+        return FreeSearch(problem, judge, Log(Budget().start(), judge), silent).run()
+
+
+def test_a_search_that_is_done_gives_its_bound() -> None:
+    """A plan that costs just as much as those that regrasp must is proven, without another look."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    cheapest = lanes(problem)
+    assert cheapest.cost is not None
+    dear = dataclasses.replace(
+        cheapest, cost=2.0 * cheapest.cost, lower_bound=0.0, optimal=False
+    )  # so that the part found may be left for less
+    done = mock.Mock(done=True, bound=dear.cost, cost=math.inf, poses=1, expanded=0)
+    part = mock.Mock(exhausted=True)
+    part.run.return_value = dear
+    with (
+        mock.patch.object(free_search, "FEW_NODES", 0),
+        mock.patch.object(free_search, "part_search", return_value=part),
+    ):
+        found = searched(problem, done)
+    assert found.optimal
+    assert found.lower_bound == dear.cost
+    assert part.run.call_count == 1
+
+
+def test_what_a_limit_ends_tells_its_time() -> None:
+    """Where nothing was found yet, the time that was spent is told all the same."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    with mock.patch.object(Closure, "to_goal", side_effect=LimitError("enough")):
+        found = searched(problem, mock.Mock())
+    assert found.statistics["ended_by"] == "enough"
+    assert found.statistics["time_s"] > 0.0
