@@ -23,14 +23,8 @@ from gm_ompl.problem import Problem
 FEW_NODES: Final = 4000
 """Parts of the object graph up to this size are searched over lanes before anything else."""
 
-DECISIONS: Final = 10.0
-"""Mode decisions that take as long as a node of the object graph, about."""
-
-POSE: Final = 3.0
-"""A pose with its arcs judged takes as long as so many nodes, about."""
-
 SHARE: Final = 3.0
-"""Until a plan is known, the search without regrasping takes so many times what lanes took."""
+"""Until a plan is known, the search without regrasping gets so many times the time of lanes."""
 
 
 @final
@@ -50,7 +44,7 @@ class FreeSearch:
         self._kept: KeptSearch | None = None
         self._began = False
         self._expanded = self._generated = 0
-        self._work = [0.0, 0.0]  # what each of the two has taken, in nodes of the object graph
+        self._taken = [0.0, 0.0]  # by lanes, and by plans without regrasping [s]
 
     def run(self) -> SearchResult:
         """Search for a plan of least cost."""
@@ -81,7 +75,7 @@ class FreeSearch:
             if closure.next <= cost and proves:
                 return self._keep(math.inf)
         return self._search(closure) or (
-            self._result.cost is None and self._keep(SHARE * self._work[0])
+            self._result.cost is None and self._keep(SHARE * self._taken[0])
         )
 
     def _without_regrasps(self) -> KeptSearch | None:
@@ -92,14 +86,14 @@ class FreeSearch:
 
     def _search(self, closure: Closure) -> bool:
         """Search a part over lanes; whether that is all."""
-        before = self._log.decisions
+        before = self._log.meter.elapsed()
         part = part_search(
             self._problem, self._judge, self._log, self._report, closure, self._result.cost
         )
         found = part.run()
         self._expanded += found.statistics["expanded"]
         self._generated += found.statistics["generated"]
-        self._work[0] = len(closure) + self._work[0] + (self._log.decisions - before) / DECISIONS
+        self._taken[0] += self._log.meter.elapsed() - before
         self._result = _within(cheaper(self._result, self._counted(found)), closure.next)
         return not part.exhausted or closure.next == math.inf or self._result.optimal
 
@@ -108,18 +102,17 @@ class FreeSearch:
         counts = self._log.statistics(self._expanded, self._generated)
         return dataclasses.replace(found, statistics={**found.statistics, **counts})
 
-    def _keep(self, work: float) -> bool:
+    def _keep(self, seconds: float) -> bool:
         """Go on with the search for plans without regrasping; whether a plan is optimal."""
         kept = self._without_regrasps()
         if kept is None:
             return False
-        before, cost = self._log.decisions, self._result.cost
-        while self._work[1] < work and not kept.done:
-            poses, expanded = kept.poses, kept.expanded
+        cost, elapsed = self._result.cost, self._log.meter.elapsed
+        while self._taken[1] < seconds and not kept.done:
+            before, expanded = elapsed(), kept.expanded
             kept.step(math.inf if cost is None else cost)
             self._expanded += kept.expanded - expanded
-            decided, before = self._log.decisions - before, self._log.decisions
-            self._work[1] += POSE * (kept.poses - poses) + decided / DECISIONS + 1.0
+            self._taken[1] += elapsed() - before
         self._take_kept()
         return self._result.optimal
 
