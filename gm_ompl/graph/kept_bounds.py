@@ -18,7 +18,7 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.graph.potentials import POTENTIALS, SLOPES, Target, set_up_all
+from gm_ompl.graph.potentials import POTENTIALS, SLOPES, PlaneGoal, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
 from gm_ompl.problem import Problem
 
@@ -157,11 +157,11 @@ class PlanarBounds:
         since = rotation @ self._from.T
         return math.atan2(since[j, i], since[i, i])
 
-    def _target(self, goal: PoseGoal) -> Target:
+    def _target(self, goal: PoseGoal) -> PlaneGoal:
         turned = goal.rotation is not None
         turn = 0.0 if goal.rotation is None else self._turn(goal.rotation)
         low, high = goal.low[self._plane], goal.high[self._plane]
-        return Target(low, high, turned, turn, goal.distance, goal.angle)
+        return PlaneGoal(low, high, turned, turn, goal.distance, goal.angle)
 
     def place(self, pose: Pose) -> tuple[float, float, float]:
         """Return where the plane shows the centre of mass, and by how much the object is turned."""

@@ -24,14 +24,14 @@ from gm_ompl.graph.kept_tables import (
     STATES_WANTED,
     TEST_WANTED,
     TESTED,
-    Arcs,
-    Book,
-    Hands,
+    KeptArcs,
+    KeptSets,
+    KeptTables,
     Poses,
     Prices,
-    Tables,
+    StateBook,
 )
-from gm_ompl.graph.potentials import POTENTIALS, Target
+from gm_ompl.graph.potentials import POTENTIALS, PlaneGoal
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import placement_sets
 from gm_ompl.motion.free import FreeMotion
@@ -49,7 +49,7 @@ ASKS: Final = 20_000
 
 Columns = TypeVar("Columns", bound=tuple[np.ndarray[Any, Any], ...])
 
-NOWHERE = Target(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
+NOWHERE = PlaneGoal(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
 """A target that no potential is asked for."""
 
 
@@ -87,13 +87,13 @@ class KeptGraph:
         target = NOWHERE if self._planar is None else self._planar.target
         flags = np.ones(S, dtype=bool), np.zeros(S, dtype=bool)
         kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
-        self.tables = Tables(
-            Hands(rows, shapes, *flags, kept, target),
+        self.tables = KeptTables(
+            KeptSets(rows, shapes, *flags, kept, target),
             Poses(
                 np.zeros((1, 3)), np.zeros((1, F, P)), np.zeros(1, dtype=bool),
                 np.zeros(1, np.int64), np.zeros(1, np.int64),
             ),
-            Arcs(
+            KeptArcs(
                 np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(1, np.int64),
                 np.zeros((1, F, P, parts)), np.zeros(1, np.int64),
                 np.zeros((1, F, P), dtype=bool), np.full((1, parts), -1),
@@ -271,10 +271,10 @@ class KeptGraph:
         return nodes[::-1]
 
 
-def _new_book(room: int, slots: int) -> Book:
+def _new_book(room: int, slots: int) -> StateBook:
     hashed = 1 << int(2 * room - 1).bit_length()
     numbers, reals = np.zeros((4, room), dtype=np.int64), np.full((3, room), np.inf)
-    return Book(
+    return StateBook(
         np.full(hashed, EMPTY), numbers[0], numbers[1], reals[0], reals[1], reals[2],
         numbers[2], numbers[3], np.full(slots, EMPTY), np.zeros(slots),
         np.zeros((ASKS, 2), dtype=np.int64), np.zeros(3, dtype=np.int64),

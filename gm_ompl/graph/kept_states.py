@@ -22,11 +22,11 @@ from gm_ompl.graph.kept_tables import (
     STATES,
     TESTED,
     UNTESTED,
-    Arcs,
-    Book,
-    Hands,
+    KeptArcs,
+    KeptSets,
+    KeptTables,
     Poses,
-    Tables,
+    StateBook,
 )
 from gm_ompl.graph.potentials import potential
 
@@ -38,7 +38,7 @@ def _home(key: int, slots: int) -> int:
 
 
 @compiled
-def find(book: Book, pose: int, hand: int) -> int:
+def find(book: StateBook, pose: int, hand: int) -> int:
     """Return the slot of a state, or the empty one where it would be."""
     slot = _home(pose * 0x1000003 + hand, len(book.slots))
     while book.slots[slot] != EMPTY:
@@ -59,7 +59,7 @@ def margin_slot(asks: IntArray, ask: int) -> int:
 
 
 @compiled
-def rehash(book: Book, old_asks: IntArray, old_margins: Array) -> None:
+def rehash(book: StateBook, old_asks: IntArray, old_margins: Array) -> None:
     """Fill the slots of a book that has grown."""
     for number in range(book.counts[STATES]):
         book.slots[find(book, book.pose[number], book.hand[number])] = number
@@ -70,7 +70,7 @@ def rehash(book: Book, old_asks: IntArray, old_margins: Array) -> None:
 
 
 @compiled
-def learn(book: Book, sets: int, zs: Array) -> None:
+def learn(book: StateBook, sets: int, zs: Array) -> None:
     """Write the margins of what was asked for."""
     for k in range(book.counts[ASKED]):
         slot = margin_slot(book.asks, book.new[k, 0] * sets + book.new[k, 1])
@@ -79,7 +79,7 @@ def learn(book: Book, sets: int, zs: Array) -> None:
 
 
 @compiled
-def ahead(hands: Hands, poses: Poses, pose: int, hand: int) -> float:
+def ahead(hands: KeptSets, poses: Poses, pose: int, hand: int) -> float:
     """Return a lower bound on the cost from a state to the goal."""
     most = 0.0
     for i in range(hands.rows.shape[1]):
@@ -91,7 +91,7 @@ def ahead(hands: Hands, poses: Poses, pose: int, hand: int) -> float:
 
 
 @compiled
-def put(book: Book, number: int, state: tuple[int, int], way: tuple[float, int, int]) -> None:
+def put(book: StateBook, number: int, state: tuple[int, int], way: tuple[float, int, int]) -> None:
     """Write a state's cost, parent and arc; it is open."""
     book.pose[number], book.hand[number] = state
     book.cost[number], book.parent[number], book.via[number] = way
@@ -99,7 +99,7 @@ def put(book: Book, number: int, state: tuple[int, int], way: tuple[float, int, 
 
 
 @compiled
-def begin(book: Book, hands: Hands, poses: Poses) -> None:
+def begin(book: StateBook, hands: KeptSets, poses: Poses) -> None:
     """Open all sets at the start, pose 0."""
     for hand in range(len(hands.rows)):
         number = book.counts[STATES]
@@ -110,7 +110,7 @@ def begin(book: Book, hands: Hands, poses: Poses) -> None:
 
 
 @compiled
-def expand(which: IntArray, limit: float, tables: Tables) -> None:
+def expand(which: IntArray, limit: float, tables: KeptTables) -> None:
     """Follow the arcs from open states, up to plans of a bound of at most ``limit``.
 
     The states' poses must have their arcs, and the book room for what may come.
@@ -126,7 +126,7 @@ def expand(which: IntArray, limit: float, tables: Tables) -> None:
 
 
 @compiled
-def _follow(number: int, arc: int, limit: float, tables: Tables) -> float:
+def _follow(number: int, arc: int, limit: float, tables: KeptTables) -> float:
     """Follow an arc; return the bound of plans by it where it is still to be followed, or +inf."""
     hands, poses, arcs, book, _ = tables
     hand, head, kind = book.hand[number], arcs.heads[arc], arcs.kinds[arc]
@@ -159,7 +159,7 @@ def _follow(number: int, arc: int, limit: float, tables: Tables) -> float:
 
 
 @inlined
-def _is_free(arcs: Arcs, kind: int, hands: Hands, hand: int) -> bool:
+def _is_free(arcs: KeptArcs, kind: int, hands: KeptSets, hand: int) -> bool:
     """Whether fingertips penetrate nothing along a class of arcs."""
     free = True
     for i in range(hands.rows.shape[1]):
@@ -168,7 +168,7 @@ def _is_free(arcs: Arcs, kind: int, hands: Hands, hand: int) -> bool:
 
 
 @compiled
-def _price(kind: int, form: int, hand: int, tables: Tables) -> tuple[float, bool]:
+def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, bool]:
     """Return Eq. (9), and whether it is known; by travel alone where it is not, or without kind.
 
     The first margin that is not known is asked for.
@@ -196,7 +196,7 @@ def _price(kind: int, form: int, hand: int, tables: Tables) -> tuple[float, bool
 
 
 @inlined
-def _margin(state: int, hand: int, sets: int, book: Book) -> float:
+def _margin(state: int, hand: int, sets: int, book: StateBook) -> float:
     """Return a margin; NaN where it is not known, and it is asked for."""
     ask = state * sets + hand
     slot = margin_slot(book.asks, ask)

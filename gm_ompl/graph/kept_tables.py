@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.graph.potentials import Target
+from gm_ompl.graph.potentials import PlaneGoal
 
 SAME: Final = 1e-12
 """A way cheaper by less than this, relatively, is no better: sums differ by rounding."""
@@ -14,7 +14,7 @@ UNTESTED, TEST_WANTED, TESTED, STATES_WANTED, READY, BLOCKED = range(6)
 """What is known of a class of arcs: nothing, where fingertips are free, contact states, too."""
 
 STATES, ASKED, ARRIVED = range(3)
-"""Which count is which in ``Book.counts``: of states, of margins asked for, of ways to the goal."""
+"""Which of ``StateBook.counts`` is which: states, margins asked for, ways to the goal."""
 
 EMPTY: Final = -1
 """A slot that nothing is in."""
@@ -23,7 +23,7 @@ FAILED: Final = -1.0
 """Stands for a margin below z_min; a margin that was asked for and is not known is NaN."""
 
 
-class Hands(NamedTuple):
+class KeptSets(NamedTuple):
     """Sets of placements.
 
     Attributes:
@@ -40,7 +40,7 @@ class Hands(NamedTuple):
     alive: BoolArray
     known: BoolArray
     potentials: Array
-    target: Target
+    target: PlaneGoal
 
 
 class Poses(NamedTuple):
@@ -61,7 +61,7 @@ class Poses(NamedTuple):
     past: IntArray
 
 
-class Arcs(NamedTuple):
+class KeptArcs(NamedTuple):
     """Arcs, and the classes of those that are alike.
 
     Attributes:
@@ -83,7 +83,7 @@ class Arcs(NamedTuple):
     states: IntArray
 
 
-class Book(NamedTuple):
+class StateBook(NamedTuple):
     """States that were met, and margins.
 
     Attributes:
@@ -122,11 +122,11 @@ class Prices(NamedTuple):
     z_floor: float
 
 
-class Tables(NamedTuple):
+class KeptTables(NamedTuple):
     """All that the search goes by."""
 
-    hands: Hands
+    hands: KeptSets
     poses: Poses
-    arcs: Arcs
-    book: Book
+    arcs: KeptArcs
+    book: StateBook
     prices: Prices

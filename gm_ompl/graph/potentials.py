@@ -27,7 +27,7 @@ POTENTIALS: Final = len(SLOPES) + 1
 """Of a set of fingertips; the last one has lambda = 0 and the largest |y|."""
 
 
-class Target(NamedTuple):
+class PlaneGoal(NamedTuple):
     """Where the object must end, in the plane.
 
     Attributes:
@@ -109,7 +109,7 @@ def _gain(x: float, z: float, slope: float) -> float:
 
 
 @compiled
-def potential(found: Array, x: float, z: float, turn: float, target: Target) -> float:
+def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) -> float:
     """Return the best lower bound on what is left to travel.
 
     Args:
