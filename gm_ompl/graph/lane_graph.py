@@ -262,11 +262,11 @@ class LaneGraph:
         return bool(hub.stable[config])
 
     def way(self, lane: Lane, tail: int, head: int | None = None) -> tuple[int, ...]:
-        """Return the arcs of the cheapest way from a node of a lane to another, or to the goal."""
+        """Return the arcs of the cheapest way from a lane's node to another, or to a goal node."""
         travel, via = np.empty(len(lane.d)), np.empty(len(lane.d), dtype=np.int64)
         spread(tail, lane.costs, self.tables, travel, via)
         if head is None:
-            head = int(np.argmin(np.where(lane.d == 0.0, travel, np.inf)))
+            head = int(np.argmin(np.where(lane.tables(self.tables).goal, travel, np.inf)))
         arcs: list[int] = []
         while head != tail:
             arcs.append(int(via[head]))

@@ -8,6 +8,7 @@ from typing import Any, Never
 import pytest
 
 import gm_ompl
+from gm_ompl.errors import ScenarioWarning
 from gm_ompl.planners.planner import Planner, PlannerSpecs, SearchResult, Status
 from gm_ompl.problem import Problem
 from gm_ompl.reference.search import plain_search
@@ -112,3 +113,17 @@ def test_walls_only_add_to_planar_motion() -> None:
     cost, free = optimum(plane), free_plane(plane)
     free["lattice"]["depth"] = 4  # arcs of the planar plan
     assert optimum(free) <= cost * (1.0 + 1e-6) < math.inf
+
+
+def test_what_costs_nothing_is_still_done() -> None:
+    """A card that is turned about its pinch: fingertips stay where they are, and it is turned."""
+    there, turned = "{position: [2.5, 0, 1]}", "{axis: [0, 1, 0], angle: 30 deg}"
+    goal = f"{{position: [2.5, 0, 1], rotation: {turned}}}"
+    changes = (f"motion.start={there}", f"motion.goal={goal}", "fingers.placements.grid=[3, 3]")
+    scenario = load("tasks/pick-card-soft", changes)
+    with pytest.warns(ScenarioWarning, match="touches nothing"):
+        plan = gm_ompl.plan(scenario)
+    assert plan.optimal and plan.cost == pytest.approx(0.0, abs=1e-9)
+    assert len(plan.steps) == 2
+    report = gm_ompl.check(plan)
+    assert report.holds, report.table()
