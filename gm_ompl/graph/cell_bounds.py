@@ -102,6 +102,27 @@ def to_go(
 
 
 @compiled
+def _hops(ends: BoolArray, costs: Array, d: Array, tables: Tables) -> IntArray:
+    """Return how many arcs the cheapest ways (V,) take to where they may end; some cost nothing.
+
+    Args:
+        ends: (V,), where.
+        costs: (K,), of the kinds of arcs.
+        d: (V,), least costs to go.
+        tables: the arcs.
+    """
+    hops, falling = np.where(ends, 0, len(d)), True
+    while falling:
+        falling = False
+        for a in tables.order:
+            tail, head = tables.tail[a], tables.head[a]
+            through = costs[tables.kind[a]] + d[head]
+            if hops[head] + 1 < hops[tail] and through <= d[tail] * (1.0 + ROUNDED):
+                hops[tail], falling = hops[head] + 1, True
+    return hops
+
+
+@compiled
 def follow(
     start: int, legs: IntArray, room: LaneRoom, tables: Tables, D: Array, lift: Array,
     steps: IntArray,
@@ -112,30 +133,30 @@ def follow(
         start: the start node.
         legs: (m,), lanes.
         room: of the lanes.
-        tables: by cells.
+        tables: by cells; the goal is the last lane's.
         D: (m, V), of finite D[0, start].
         lift: (m - 1, V).
         steps: output (.., 3): leg, arc or REGRASP, and the node where it begins.
     """
-    m, c, count, last = 0, start, 0, len(legs) - 1
-    while count < len(steps):
-        if m == last and D[m, c] <= 0.0:
-            return count
-        steps[count, 0], steps[count, 2] = m, c
-        best, arc = np.inf, REGRASP
-        for a in range(len(tables.tail)):
-            if tables.tail[a] == c:
-                through = room.costs[legs[m], tables.kind[a]] + D[m, tables.head[a]]
-                if through < best:
-                    best, arc = through, a
-        if m < last and lift[m, c] <= D[m, c] * (1.0 + ROUNDED):
-            arc = REGRASP
-        steps[count, 1] = arc
-        count += 1
-        if arc == REGRASP:
-            m += 1
-        else:
-            c = tables.head[arc]
+    c, count, last = start, 0, len(legs) - 1
+    for m in range(len(legs)):
+        ends = tables.goal & (D[m] <= 0.0)
+        if m < last:
+            ends = lift[m] <= D[m] * (1.0 + ROUNDED)
+        costs = room.costs[legs[m]]
+        hops = _hops(ends, costs, D[m], tables)
+        while hops[c] > 0:
+            best, arc = np.inf, REGRASP
+            for a in range(len(tables.tail)):
+                if tables.tail[a] == c and hops[tables.head[a]] < hops[c]:
+                    through = costs[tables.kind[a]] + D[m, tables.head[a]]
+                    if through < best:
+                        best, arc = through, a
+            steps[count, 0], steps[count, 1], steps[count, 2] = m, arc, c
+            count, c = count + 1, tables.head[arc]
+        if m < last:
+            steps[count, 0], steps[count, 1], steps[count, 2] = m, REGRASP, c
+            count += 1
     return count
 
 

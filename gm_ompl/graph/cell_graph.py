@@ -22,7 +22,7 @@ from gm_ompl.graph.cell_bounds import (
 from gm_ompl.graph.lanes import Leaving, lane_table
 from gm_ompl.holds.cells import Cells, CellTree
 from gm_ompl.holds.known import FAILED, Known
-from gm_ompl.holds.rows import UNASKED
+from gm_ompl.holds.rows import UNASKED, Tables
 from gm_ompl.holds.sets import LIFTED, PlacementSets
 from gm_ompl.holds.tables import ArcTable
 from gm_ompl.holds.watch import Stop, never
@@ -136,14 +136,18 @@ class CellGraph:
         version = self.cuts.version
         if self._lane_versions[lane] != version:
             self._add_new_cells()
-            tables = self.cells.tables
-            if lane in self._closed:
-                goal = tables.goal.copy()
-                goal[list(self._closed[lane])] = False
-                tables = tables._replace(goal=goal)
-            renew_lane(lane, self.lanes, tables, self.cuts.tables)
+            renew_lane(lane, self.lanes, self.tables_of(lane), self.cuts.tables)
             self._lane_versions[lane] = version
         return lane
+
+    def tables_of(self, lane: int) -> Tables:
+        """Return the tables, the goal without the nodes that are closed to a lane."""
+        tables = self.cells.tables
+        if lane not in self._closed:
+            return tables
+        goal = tables.goal.copy()
+        goal[list(self._closed[lane])] = False
+        return tables._replace(goal=goal)
 
     def rest(self, cells: Tuple, like: int | None = None) -> int:
         """Return the number of a rest, one finger LIFTED; see ``lane``."""

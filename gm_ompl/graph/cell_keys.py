@@ -50,7 +50,7 @@ class Keys:
         """Return the cheapest way of the product whose key was asked last, see ``follow``."""
         graph = self._graph
         steps = np.empty((len(product.legs) * (len(graph.nodes) + 1), 3), dtype=np.int64)
-        tables = graph.cells.tables
+        tables = graph.tables_of(int(product.legs[-1]))
         count = follow(graph.start, product.legs, graph.lanes, tables, self.D, self._lift, steps)
         return steps[:count]
 

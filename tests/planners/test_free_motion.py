@@ -9,6 +9,7 @@ import pytest
 
 import gm_ompl
 from gm_ompl.errors import ScenarioWarning
+from gm_ompl.planners import lane_parts
 from gm_ompl.planners.planner import Planner, PlannerSpecs, SearchResult, Status
 from gm_ompl.problem import Problem
 from gm_ompl.reference.search import plain_search
@@ -115,15 +116,27 @@ def test_walls_only_add_to_planar_motion() -> None:
     assert optimum(free) <= cost * (1.0 + 1e-6) < math.inf
 
 
-def test_what_costs_nothing_is_still_done() -> None:
-    """A card that is turned about its pinch: fingertips stay where they are, and it is turned."""
-    there, turned = "{position: [2.5, 0, 1]}", "{axis: [0, 1, 0], angle: 30 deg}"
-    goal = f"{{position: [2.5, 0, 1], rotation: {turned}}}"
-    changes = (f"motion.start={there}", f"motion.goal={goal}", "fingers.placements.grid=[3, 3]")
+FREE_TURNS = (
+    ("{position: [2.5, 0, 1], rotation: {axis: [0, 1, 0], angle: 30 deg}}", 0.0),
+    ("{position: [2.75, 0, 1], rotation: {axis: [0, 1, 0], angle: 30 deg}}", 0.2509090532906096),
+)
+
+
+@pytest.mark.parametrize(("goal", "cost"), FREE_TURNS)
+@pytest.mark.parametrize("most", [lane_parts.FEW_SETS, 0])
+def test_what_costs_nothing_is_still_done(
+    goal: str, cost: float, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A card that is turned about its pinch: fingertips stay where they are, and it is turned.
+
+    So it is by lanes of placements and of cells.
+    """
+    monkeypatch.setattr(lane_parts, "FEW_SETS", most)
+    start = "motion.start={position: [2.5, 0, 1]}"
+    changes = (start, f"motion.goal={goal}", "fingers.placements.grid=[3, 3]")
     scenario = load("tasks/pick-card-soft", changes)
     with pytest.warns(ScenarioWarning, match="touches nothing"):
         plan = gm_ompl.plan(scenario)
-    assert plan.optimal and plan.cost == pytest.approx(0.0, abs=1e-9)
-    assert len(plan.steps) == 2
+    assert plan.optimal and plan.cost == pytest.approx(cost, abs=1e-9)
     report = gm_ompl.check(plan)
     assert report.holds, report.table()
