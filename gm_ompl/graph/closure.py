@@ -43,7 +43,7 @@ class Closure:
         problem, hand = judge.problem, judge.problem.fingers
         self._graph, self._stop = problem.object_graph, stop
         self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
-        firsts = {shape: i for i, shape in reversed(list(enumerate(hand.shapes)))}
+        firsts = firsts_of(hand.shapes)
         self._centres = [judge.centres(i) for i in firsts.values()]
         self._lifts = lifts(problem)
         self._tips = np.concatenate([*self._centres, np.zeros((0, 3))])
@@ -204,3 +204,8 @@ def lifts(problem: Problem) -> bool:
     # Two points of contact resist no moment about the line that joins them.
     point, needed = not hand.soft.any(), problem.mechanics.z_min > 0.0
     return not (needed and point and hand.count < 3)
+
+
+def firsts_of(shapes: Sequence[tuple[float, int]]) -> dict[tuple[float, int], int]:
+    """Return the first finger of each shape, of the fingers' shapes."""
+    return {shape: i for i, shape in reversed(list(enumerate(shapes)))}

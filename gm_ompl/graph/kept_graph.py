@@ -10,7 +10,7 @@ from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.closure import lifts
+from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
 from gm_ompl.graph.kept_states import begin, learn, rehash
@@ -70,7 +70,7 @@ class KeptGraph:
         motion, hand = problem.motion, problem.fingers
         assert isinstance(motion, FreeMotion)
         self._judge, self._graph, self._lifts = judge, problem.object_graph, lifts(problem)
-        firsts = {shape: i for i, shape in reversed(list(enumerate(hand.shapes)))}
+        firsts = firsts_of(hand.shapes)
         self._fingers = list(firsts.values())
         number = {shape: f for f, shape in enumerate(firsts)}
         axis = turning_axis(problem)
@@ -126,7 +126,7 @@ class KeptGraph:
 
     def prepare(self, which: IntArray) -> None:
         """Make what following the arcs from states takes: their poses' arcs, and room."""
-        book, poses = self.tables.book, self.tables.poses
+        book = self.tables.book
         for pose in np.unique(book.pose[which]).tolist():
             if self.tables.poses.first[pose] == EMPTY:
                 self._leave(pose)
@@ -135,16 +135,15 @@ class KeptGraph:
         coming = int((poses.past[of] - poses.first[of]).sum())
         self._make_room(coming)
 
-    def sharpen(self, which: IntArray) -> bool:
-        """Find the potentials of sets at the start; whether there were any to find."""
+    def sharpen(self, which: IntArray) -> None:
+        """Find the potentials of sets at the start that have none yet."""
         book, hands = self.tables.book, self.tables.hands
         new = which[(book.pose[which] == 0) & ~hands.known[book.hand[which]]]
         if self._planar is None or not len(new):
-            return False
+            return
         sets = book.hand[new]
         hands.potentials[sets] = self._planar.potentials(hands.rows[sets])
         hands.known[sets] = True
-        return True
 
     def _make_room(self, coming: int) -> None:
         book = self.tables.book
@@ -228,8 +227,8 @@ class KeptGraph:
             )
         return known
 
-    def answer(self) -> bool:
-        """Find what was asked for; whether anything was."""
+    def answer(self) -> None:
+        """Find what was asked for."""
         arcs, kinds = self.tables.arcs, len(self._kinds)
         tests = np.flatnonzero(arcs.stages[:kinds] == TEST_WANTED).tolist()
         states = np.flatnonzero(arcs.stages[:kinds] == STATES_WANTED).tolist()
@@ -239,7 +238,7 @@ class KeptGraph:
             limits.check()
             found = [self._judge.environment(m) for m in self._of_kind[kind].middles()]
             arcs.states[kind, : len(found)], arcs.stages[kind] = found, READY
-        return self._decide() or bool(tests or states)
+        self._decide()
 
     def _test(self, kind: int) -> None:
         """Find where fingertips are free along a class of arcs."""
@@ -249,18 +248,17 @@ class KeptGraph:
         for f, i in enumerate(self._fingers):
             arcs.free[kind, f] = along.free[i] & head.free[i]
 
-    def _decide(self) -> bool:
-        """Decide the margins that were asked for; whether any were."""
+    def _decide(self) -> None:
+        """Decide the margins that were asked for."""
         book, backend = self.tables.book, self._judge.backend
         assert isinstance(backend, KernelBackend)
         new, z_min = book.new[: book.counts[ASKED]], self._judge.problem.mechanics.z_min
         if not len(new):
-            return False
+            return
         hands = self.tables.hands
         found = backend.decide_many(new[:, 0].copy(), hands.rows[new[:, 1]], z_min)
         zs = np.array([decision.z for decision in found])
         learn(book, len(hands.rows), np.where(zs >= z_min, zs, FAILED))
-        return True
 
     def way(self, number: int) -> list[int]:
         """Return the object's nodes on the way to a state, from the start."""

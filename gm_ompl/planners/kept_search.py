@@ -73,11 +73,6 @@ class KeptSearch:
         return search if len(search.graph.tables.hands.rows) else None
 
     @property
-    def poses(self) -> int:
-        """How many poses were met."""
-        return len(self.graph.met)
-
-    @property
     def done(self) -> bool:
         """Whether it can say no more."""
         return self.closed or self.bound >= min(self.cost, self._regrasping)
