@@ -69,14 +69,18 @@ class Closure:
             heapq.heappop(self._open)
         return self._open[0][0] if self._open else math.inf
 
-    def to_goal(self) -> float:
-        """Grow until the goal is in it, or it is whole; return the bound there, or +inf."""
-        while self.next < math.inf:
+    def to_goal(self, nodes: float = math.inf) -> float | None:
+        """Grow until the goal is in it, or it is whole, up to so many nodes.
+
+        Return:
+            the bound at the goal; +inf where it is whole; None where it is neither.
+        """
+        while self.next < math.inf and len(self._leaving) < nodes:
             bound, node = self._open[0]
             self._take()
             if self._graph.in_goal(node):
                 return bound
-        return math.inf
+        return None if self.next < math.inf else math.inf
 
     def __len__(self) -> int:
         return len(self._leaving)

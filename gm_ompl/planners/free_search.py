@@ -50,9 +50,9 @@ class FreeSearch:
         """Search for a plan of least cost."""
         try:
             closure = Closure(self._judge, self._log.meter.spent)
-            closure.to_goal()
-            while not self._step(closure):
-                pass
+            if not self._reach(closure):
+                while not self._step(closure):
+                    pass
         except KeyboardInterrupt:
             self._take_kept()
             return dataclasses.replace(self._counted(self._result), status=Status.INTERRUPTED)
@@ -62,6 +62,17 @@ class FreeSearch:
             counted = self._counted(self._result)
             return dataclasses.replace(counted, statistics={**counted.statistics, **ended})
         return self._result
+
+    def _reach(self, closure: Closure) -> bool:
+        """Grow the part to the goal, beside the search without regrasping; whether that is all."""
+        before, nodes, there = self._log.meter.elapsed(), FEW_NODES, False
+        while not there and self._result.cost is None:
+            there = closure.to_goal(nodes) is not None
+            self._taken[0] += self._log.meter.elapsed() - before
+            if len(closure) >= FEW_NODES and self._keep(SHARE * self._taken[0]):
+                return True
+            before, nodes = self._log.meter.elapsed(), 2 * nodes
+        return False
 
     def _step(self, closure: Closure) -> bool:
         """Search a larger part, and for plans without regrasping; whether there is no more."""

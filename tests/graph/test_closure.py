@@ -43,6 +43,7 @@ def test_bounds_rise_and_fewer_nodes_serve_cheaper_plans() -> None:
     problem = load("free/l-bracket").problem
     closure = Closure(Judge(problem, KernelBackend(problem)))
     bound, bounds = closure.to_goal(), list[float]()
+    assert bound is not None
     while closure.next < math.inf and len(bounds) < 20:
         bounds.append(closure.next)
         closure.grow(closure.next)
