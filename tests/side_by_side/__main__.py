@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from gm_ompl.scenario.load import shipped
 from tests.side_by_side.before import BEFORE, Before, Outcome, asked, compare, outcome, record
-from tests.side_by_side.builds import Build, of_commit, of_working_tree
+from tests.side_by_side.builds import Build, of_commit, of_working_tree, scenarios_of
 from tests.side_by_side.measure import Ask, answers, asking, requests, starts, table
 
 
@@ -50,7 +50,7 @@ def _record(old: Build, limit: float, seconds: float) -> int:
         ask(task="warm")
         missing = record(
             before,
-            asked(list(shipped())),
+            asked([name for name in shipped() if name in scenarios_of(old.name)]),
             lambda *key: _planned(ask, limit, key),
             seconds,
             BEFORE,

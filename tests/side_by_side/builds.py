@@ -60,6 +60,16 @@ def of_commit(commit: str) -> Build:
     return _build(whole[:12], whole[:12], unpack)
 
 
+def scenarios_of(commit: str) -> list[str]:
+    """Return the names of the scenarios that a commit ships."""
+    listed = _git("ls-tree", "-r", "--name-only", commit, "scenarios").decode().split()
+    return [
+        name.removeprefix("scenarios/").removesuffix(".yaml")
+        for name in listed
+        if name.endswith(".yaml")
+    ]
+
+
 def of_working_tree() -> Build:
     """Build what the working tree holds, unless that is done already; files that git ignores not.
 
