@@ -69,13 +69,13 @@ class Closure:
             heapq.heappop(self._open)
         return self._open[0][0] if self._open else math.inf
 
-    def to_goal(self, nodes: float = math.inf) -> float | None:
-        """Grow until the goal is in it, or it is whole, up to so many nodes.
+    def to_goal(self, pause: Stop = never) -> float | None:
+        """Grow until the goal is in it, or it is whole, or ``pause`` says so.
 
-        Return:
-            the bound at the goal; +inf where it is whole; None where it is neither.
+        Returns:
+            The bound at the goal; +inf where it is whole; None where it paused.
         """
-        while self.next < math.inf and len(self._leaving) < nodes:
+        while self.next < math.inf and not pause():
             bound, node = self._open[0]
             self._take()
             if self._graph.in_goal(node):

@@ -23,6 +23,7 @@ from gm_ompl.graph.cell_narrowing import Narrowing
 from gm_ompl.graph.cell_products import Product, Products
 from gm_ompl.holds.cells import Cells
 from gm_ompl.holds.extraction import Leg
+from gm_ompl.holds.watch import Stop, never
 from gm_ompl.planners.cell_air import CellAir
 from gm_ompl.planners.cell_looks import Sample, doubt, glance
 from gm_ompl.planners.outcome import Log
@@ -89,10 +90,14 @@ class CellSearch:
         if sample is not None:
             self.cost = sample.enough
 
-    def run(self) -> Status:
-        """Search until a plan is proven optimal, or no budget is left, or it gives up."""
+    def run(self, pause: Stop = never) -> Status:
+        """Search until a plan is proven optimal, or no budget is left, or it gives up.
+
+        Args:
+            pause: asked whether to end for now, as if no budget were left.
+        """
         try:
-            status = self._run()
+            status = self._run(pause)
         except LimitError:
             status = Status.BUDGET
         except KeyboardInterrupt:
@@ -102,7 +107,7 @@ class CellSearch:
         self._event()
         return status
 
-    def _run(self) -> Status:
+    def _run(self, pause: Stop) -> Status:
         while True:
             front = self._front()
             while self._unlisted() <= min(front, self.cost * (1.0 - SAME)) and self._list_more():
@@ -118,7 +123,7 @@ class CellSearch:
                 return Status.BUDGET
             if f >= self._beyond and self._best is not None:
                 return Status.SOLVED  # the part must grow before more can be proven
-            if self._log.meter.spent(self.expanded):
+            if self._log.meter.spent(self.expanded) or pause():
                 return Status.BUDGET
             if self._log.due():
                 self._event()

@@ -11,20 +11,26 @@ import dataclasses
 import math
 from typing import Final, final
 
+import numpy as np
+
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.closure import Closure
+from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.kept_search import KeptSearch
-from gm_ompl.planners.lane_parts import cheaper, part_search
+from gm_ompl.planners.lane_parts import PartSearch, cheaper, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.problem import Problem
 
+TURN: Final = 1.0
+"""Lanes are searched so long [s] before plans without regrasping are searched for apart."""
+
 FEW_NODES: Final = 4000
-"""Parts of the object graph up to this size are searched over lanes before anything else."""
+"""Where these may have the proof, larger parts of the object graph are not searched over lanes."""
 
 SHARE: Final = 3.0
-"""Until a plan is known, the search without regrasping gets so many times the time of lanes."""
+"""Plans without regrasping get so many times the time of lanes."""
 
 
 @final
@@ -42,17 +48,17 @@ class FreeSearch:
         self._problem, self._judge, self._log, self._report = problem, judge, log, report
         self._result = without_search(Status.BUDGET, 0.0, log.meter)
         self._kept: KeptSearch | None = None
-        self._began = False
-        self._expanded = self._generated = 0
+        self._part: PartSearch | None = None
+        self._began = self._reached = False
+        self._counts = np.zeros((2, 2), dtype=np.int64)  # expanded, generated: before, in this part
         self._taken = [0.0, 0.0]  # by lanes, and by plans without regrasping [s]
 
     def run(self) -> SearchResult:
         """Search for a plan of least cost."""
         try:
             closure = Closure(self._judge, self._log.meter.spent)
-            if not self._reach(closure):
-                while not self._step(closure):
-                    pass
+            while not (self._by_lanes(closure) or self._keep(SHARE * self._taken[0])):
+                pass
         except KeyboardInterrupt:
             self._take_kept()
             return dataclasses.replace(self._counted(self._result), status=Status.INTERRUPTED)
@@ -63,31 +69,45 @@ class FreeSearch:
             return dataclasses.replace(counted, statistics={**counted.statistics, **ended})
         return self._result
 
-    def _reach(self, closure: Closure) -> bool:
-        """Grow the part to the goal, beside the search without regrasping; whether that is all."""
-        before, nodes, there = self._log.meter.elapsed(), FEW_NODES, False
-        while not there and self._result.cost is None:
-            there = closure.to_goal(nodes) is not None
-            self._taken[0] += self._log.meter.elapsed() - before
-            if len(closure) >= FEW_NODES and self._keep(SHARE * self._taken[0]):
-                return True
-            before, nodes = self._log.meter.elapsed(), 2 * nodes
-        return False
+    def _by_lanes(self, closure: Closure) -> bool:
+        """Let lanes have a turn; whether that is all."""
+        elapsed, before = self._log.meter.elapsed, self._log.meter.elapsed()
+        turn = math.inf
+        if not self._began or (self._kept is not None and not self._kept.done):
+            turn = max(TURN, self._taken[1])
 
-    def _step(self, closure: Closure) -> bool:
-        """Search a larger part, and for plans without regrasping; whether there is no more."""
+        def pause() -> bool:
+            return elapsed() - before > turn
+
+        try:
+            return self._grown(closure, pause) and self._search(closure, pause)
+        finally:
+            self._taken[0] += elapsed() - before
+
+    def _grown(self, closure: Closure, pause: Stop) -> bool:
+        """Whether there is a part to be searched; where the last one is done, it grows."""
         cost = self._result.cost
-        kept = None if cost is None else self._without_regrasps()
-        proves = cost is not None and kept is not None and kept.proves(cost)
+        if self._part is not None:
+            return True
         if cost is None:
+            if not self._reached and not self._reach(closure, pause):
+                return False
             closure.double()
-        else:
-            closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
-            if closure.next <= cost and proves:
-                return self._keep(math.inf)
-        return self._search(closure) or (
-            self._result.cost is None and self._keep(SHARE * self._taken[0])
-        )
+            return True
+        kept = self._without_regrasps()
+        proves = kept is not None and kept.proves(cost)
+        closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
+        return not (closure.next <= cost and proves)
+
+    def _reach(self, closure: Closure, pause: Stop) -> bool:
+        """Grow a part until the goal is in it, or it is whole; whether it is so."""
+        try:
+            self._reached = closure.to_goal(pause) is not None
+        finally:
+            if not self._reached:  # every plan leaves it
+                bound = max(self._result.lower_bound, closure.next)
+                self._result = dataclasses.replace(self._result, lower_bound=bound)
+        return self._reached
 
     def _without_regrasps(self) -> KeptSearch | None:
         """Return the search for plans without regrasping, begun when it is asked for."""
@@ -95,22 +115,25 @@ class FreeSearch:
             self._began, self._kept = True, KeptSearch.of(self._judge, self._log)
         return self._kept
 
-    def _search(self, closure: Closure) -> bool:
-        """Search a part over lanes; whether that is all."""
-        before = self._log.meter.elapsed()
-        part = part_search(
+    def _search(self, closure: Closure, pause: Stop) -> bool:
+        """Search a part over lanes, or go on with that; whether that is all."""
+        part = self._part or part_search(
             self._problem, self._judge, self._log, self._report, closure, self._result.cost
         )
-        found = part.run()
-        self._expanded += found.statistics["expanded"]
-        self._generated += found.statistics["generated"]
-        self._taken[0] += self._log.meter.elapsed() - before
-        self._result = _within(cheaper(self._result, self._counted(found)), closure.next)
-        return not part.exhausted or closure.next == math.inf or self._result.optimal
+        found, self._part = part.run(pause), part
+        self._counts[1] = found.statistics["expanded"], found.statistics["generated"]
+        before = self._result.lower_bound
+        self._result = _within(cheaper(self._result, self._counted(found)), closure.next, before)
+        if not part.exhausted:
+            return not pause() or self._log.meter.spent()
+        self._part = None
+        self._counts[0] += self._counts[1]
+        self._counts[1] = 0
+        return closure.next == math.inf or self._result.optimal
 
     def _counted(self, found: SearchResult) -> SearchResult:
         """Return what was found with the counts of the whole search."""
-        counts = self._log.statistics(self._expanded, self._generated)
+        counts = self._log.statistics(*self._counts.sum(axis=0).tolist())
         return dataclasses.replace(found, statistics={**found.statistics, **counts})
 
     def _keep(self, seconds: float) -> bool:
@@ -122,7 +145,7 @@ class FreeSearch:
         while self._taken[1] < seconds and not kept.done:
             before, expanded = elapsed(), kept.expanded
             kept.step(math.inf if cost is None else cost)
-            self._expanded += kept.expanded - expanded
+            self._counts[0, 0] += kept.expanded - expanded
             self._taken[1] += elapsed() - before
         self._take_kept()
         return self._result.optimal
@@ -142,12 +165,19 @@ class FreeSearch:
         self._result = dataclasses.replace(counted, lower_bound=bound, optimal=optimal)
 
 
-def _within(result: SearchResult, beyond: float) -> SearchResult:
-    """Return what was found in a part of the object graph; plans that leave it cost ``beyond``."""
+def _within(result: SearchResult, beyond: float, before: float) -> SearchResult:
+    """Return what was found in a part of the object graph.
+
+    Args:
+        result: in that part.
+        beyond: what plans that leave it cost at least.
+        before: what was known that all cost at least.
+    """
     if beyond == math.inf:
         return result
-    bound = min(result.lower_bound, beyond)
     if result.status is Status.INFEASIBLE:
-        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=beyond)
+        return dataclasses.replace(result, status=Status.BUDGET, lower_bound=max(beyond, before))
+    bound = max(before, min(result.lower_bound, beyond))
+    bound = bound if result.cost is None else min(bound, result.cost)
     optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
     return dataclasses.replace(result, lower_bound=bound, optimal=optimal)

@@ -16,6 +16,7 @@ from gm_ompl.graph.closure import Closure
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.lanes import Leaving
 from gm_ompl.holds.extraction import Leg, moves_of
+from gm_ompl.holds.watch import Stop, never
 from gm_ompl.planners.cell_search import CellSearch
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
@@ -37,8 +38,8 @@ class PartSearch(Protocol):
 
     exhausted: bool
 
-    def run(self) -> SearchResult:
-        """Search for the cheapest plan."""
+    def run(self, pause: Stop = never) -> SearchResult:
+        """Search for the cheapest plan, or go on with that, until ``pause`` says so."""
 
 
 def part_search(
@@ -109,11 +110,11 @@ class LanePart:
         self._search = LaneSearch(self._graph, source, log, tracer(report), self._beyond)
         self.exhausted = False
 
-    def run(self) -> SearchResult:
-        """Search for the cheapest plan."""
-        graph = self._graph
+    def run(self, pause: Stop = never) -> SearchResult:
+        """Search for the cheapest plan, or go on with that, until ``pause`` says so."""
+        graph, head = self._graph, self._graph.tables.head
         result, self.exhausted = searched(
-            self._judge, graph, self._search, graph.tables.head, self._beyond, self._log
+            self._judge, graph, self._search, head, self._beyond, self._log, pause
         )
         return result
 
@@ -143,29 +144,37 @@ class CellPart:
         self._beyond = math.inf if closure is None else closure.next
         self._search = CellSearch(problem, judge, self._graph, log, tracer(report), self._beyond)
         self._instead = problem, judge, log, report, closure, most
+        self._lanes: LanePart | None = None
+        self._result: SearchResult | None = None
         self.exhausted = False
 
-    def run(self) -> SearchResult:
-        """Search for the cheapest plan."""
-        graph = self._graph
+    def run(self, pause: Stop = never) -> SearchResult:
+        """Search for the cheapest plan, or go on with that, until ``pause`` says so."""
+        if self._lanes is None:
+            self._result = self._run(pause)
+            if not self._search.given_up:
+                return self._result
+            self._lanes = LanePart(*self._instead)
+        assert self._result is not None
+        found = self._lanes.run(pause)
+        self.exhausted = self._lanes.exhausted
+        return cheaper(self._result, found)
+
+    def _run(self, pause: Stop) -> SearchResult:
+        graph, head = self._graph, self._graph.cells.tables.head
         self._backend.learn = graph.cuts.add
         try:
             result, self.exhausted = searched(
-                self._judge, graph, self._search, graph.cells.tables.head, self._beyond, self._log
+                self._judge, graph, self._search, head, self._beyond, self._log, pause
             )
         finally:
             self._backend.learn = self._backend.pool.add
-        if not self._search.given_up:
-            return result
-        lanes = LanePart(*self._instead)
-        found = lanes.run()
-        self.exhausted = lanes.exhausted
-        return cheaper(result, found)
+        return result
 
 
 def searched(
     judge: Judge, graph: LaneGraph | CellGraph, search: LaneSearch | CellSearch, head: IntArray,
-    beyond: float, log: Log,
+    beyond: float, log: Log, pause: Stop = never,
 ) -> tuple[SearchResult, bool]:  # fmt: skip
     """Search; return the result, and whether the search can prove no more of its part.
 
@@ -176,8 +185,9 @@ def searched(
         head: where its arcs lead.
         beyond: what plans that leave the part cost at least.
         log: of the whole search.
+        pause: asked whether to end for now.
     """
-    status = search.run()
+    status = search.run(pause)
     proven = min(search.cost, beyond) <= search.bound * (1.0 + PROVEN)
     exhausted = status is Status.INFEASIBLE or (status is Status.SOLVED and proven)
     with limits.lifted():

@@ -21,6 +21,7 @@ from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
+from gm_ompl.holds.watch import Stop, never
 from gm_ompl.planners.lane_entries import Choices, Entry, Waiting, legs, lifted_row
 from gm_ompl.planners.lane_sources import StartSets
 from gm_ompl.planners.outcome import Log
@@ -37,7 +38,7 @@ FIRST_SWEEP: Final = 1000.0
 
 @final
 class LaneSearch:
-    """One search; ``run`` may be called once.
+    """One search; ``run`` may be called again where it paused.
 
     Args:
         graph: the lanes.
@@ -70,10 +71,14 @@ class LaneSearch:
         self.expanded = self.generated = 0
         self.bound, self.cost = 0.0, math.inf
 
-    def run(self) -> Status:
-        """Search until a plan is proven optimal, there is proven to be none, or no budget."""
+    def run(self, pause: Stop = never) -> Status:
+        """Search until a plan is proven optimal, there is proven to be none, or no budget.
+
+        Args:
+            pause: asked whether to end for now, as if no budget were left.
+        """
         try:
-            status = self._run()
+            status = self._run(pause)
         except LimitError:
             status = Status.BUDGET
         except KeyboardInterrupt:
@@ -85,7 +90,7 @@ class LaneSearch:
         self._event()
         return status
 
-    def _run(self) -> Status:
+    def _run(self, pause: Stop) -> Status:
         while True:
             f = min(self._source.key(), self._open[0][0] if self._open else math.inf)
             if f == math.inf:
@@ -96,7 +101,7 @@ class LaneSearch:
                 return Status.SOLVED
             if f >= self._beyond and self._best is not None:
                 return Status.SOLVED  # the part must grow before more can be proven
-            if self._log.meter.spent(self.expanded):
+            if self._log.meter.spent(self.expanded) or pause():
                 return Status.BUDGET
             if self._log.due():
                 self._event()

@@ -94,3 +94,26 @@ def test_what_a_limit_ends_tells_its_time() -> None:
         found = searched(problem, mock.Mock())
     assert found.statistics["ended_by"] == "enough"
     assert found.statistics["time_s"] > 0.0
+
+
+@pytest.mark.parametrize("name", ["tasks/reorient", "free/l-bracket"])
+def test_turns_change_nothing(name: str) -> None:
+    """Where lanes pause after every lane, and the other search has its turn, it ends the same."""
+    problem = load(name, ("fingers.placements.grid=[3, 3]",)).problem
+    with mock.patch.object(free_search, "TURN", 0.0):
+        judge = Judge(problem, KernelBackend(problem))
+        found = FreeSearch(problem, judge, Log(Budget().start(), judge), silent).run()
+    whole = lanes(problem)
+    assert found.status is whole.status
+    assert found.optimal
+    assert found.cost == pytest.approx(whole.cost, rel=1e-9)
+
+
+def test_what_is_not_reached_yet_bounds_all_plans() -> None:
+    """Where time ends before the goal was met, the nearest node that is left gives a bound."""
+    problem = load("tasks/step-over").problem
+    judge = Judge(problem, KernelBackend(problem))
+    with mock.patch.object(KeptSearch, "of", return_value=None):
+        found = FreeSearch(problem, judge, Log(Budget(1.0).start(), judge), silent).run()
+    assert found.cost is None
+    assert found.lower_bound > 4.0
