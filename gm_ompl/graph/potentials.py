@@ -126,6 +126,8 @@ def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) 
         left = max(0.0, abs(np.arctan2(np.sin(off), np.cos(off))) - target.angle)
     for k in range(len(found)):
         o_x, o_z, slope, rate = found[k]
+        if slope == 0.0 and rate == 0.0:
+            continue
         arm = np.hypot(o_x, o_z)
         here_x, here_z = x + cos * o_x - sin * o_z, z + sin * o_x + cos * o_z
         there_x, there_z, slack = 0.0, 0.0, target.distance + arm

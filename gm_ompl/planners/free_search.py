@@ -125,7 +125,8 @@ class FreeSearch:
         before = self._result.lower_bound
         self._result = _within(cheaper(self._result, self._counted(found)), closure.next, before)
         if not part.exhausted:
-            return not pause() or self._log.meter.spent()
+            ended = found.status is Status.INTERRUPTED or self._log.meter.spent()
+            return ended or not pause()
         self._part = None
         self._counts[0] += self._counts[1]
         self._counts[1] = 0

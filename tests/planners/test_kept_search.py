@@ -16,7 +16,7 @@ from gm_ompl.planners import free_search
 from gm_ompl.planners.free_search import FreeSearch
 from gm_ompl.planners.kept_search import KeptSearch
 from gm_ompl.planners.outcome import Log
-from gm_ompl.planners.planner import Budget, SearchResult, silent
+from gm_ompl.planners.planner import Budget, SearchResult, Status, silent
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 from tests.kept import kept, lanes
@@ -117,3 +117,19 @@ def test_what_is_not_reached_yet_bounds_all_plans() -> None:
         found = FreeSearch(problem, judge, Log(Budget(1.0).start(), judge), silent).run()
     assert found.cost is None
     assert found.lower_bound > 4.0
+
+
+def test_ctrl_c_ends_what_would_have_paused() -> None:
+    """What is interrupted when its turn is over ends the search all the same."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    stopped = dataclasses.replace(lanes(problem), status=Status.INTERRUPTED, optimal=False)
+    part = mock.Mock(exhausted=False)
+    part.run.return_value = stopped
+    with (
+        mock.patch.object(free_search, "TURN", 0.0),
+        mock.patch.object(free_search, "part_search", return_value=part),
+        mock.patch.object(Closure, "to_goal", return_value=1.0),
+    ):
+        found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
+    assert found.status is Status.INTERRUPTED
+    assert part.run.call_count == 1
