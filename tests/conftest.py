@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import os
 import shutil
 import sys
@@ -19,25 +19,10 @@ _docs.__path__ = [str(Path(__file__).resolve().parents[1] / "docs")]
 sys.modules.setdefault("docs", _docs)
 
 
-def _load(name: str) -> ModuleType:
-    """Import a helper module beside this file; importlib mode puts no folder on the path."""
-    qualified = f"gm_ompl_tests_{name}"
-    if qualified not in sys.modules:
-        spec = importlib.util.spec_from_file_location(
-            qualified, Path(__file__).with_name(f"{name}.py")
-        )
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[qualified] = module
-        spec.loader.exec_module(module)
-    return sys.modules[qualified]
-
-
 @pytest.fixture(scope="session")
 def instances() -> ModuleType:
     """Random instants of manipulation: ``instances.random_instance(rng)`` and changes of unit."""
-    return _load("instances")
+    return importlib.import_module("tests.instances")
 
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

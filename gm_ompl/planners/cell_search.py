@@ -14,7 +14,6 @@ import math
 from typing import Final, final
 
 from gm_ompl.arrays import IntArray
-from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.cell_bounds import REGRASP
 from gm_ompl.graph.cell_graph import CellGraph
@@ -26,7 +25,7 @@ from gm_ompl.holds.extraction import Leg
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.planners.cell_air import CellAir
 from gm_ompl.planners.cell_looks import Sample, doubt, glance
-from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.outcome import Log, status_of
 from gm_ompl.planners.planner import Status
 from gm_ompl.planners.trace import Expansion, Trace
 from gm_ompl.problem import Problem
@@ -96,14 +95,7 @@ class CellSearch:
         Args:
             pause: asked whether to end for now, as if no budget were left.
         """
-        try:
-            status = self._run(pause)
-        except LimitError:
-            status = Status.BUDGET
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
-        if status is Status.BUDGET and self._best is not None:
-            status = Status.SOLVED
+        status = status_of(lambda: self._run(pause), lambda: self._best is not None)
         self._event()
         return status
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Final, Protocol, final
+from typing import Final, NamedTuple, Protocol, final
 
 from gm_ompl import limits
 from gm_ompl.arrays import IntArray
@@ -42,25 +42,47 @@ class PartSearch(Protocol):
         """Search for the cheapest plan, or go on with that, until ``pause`` says so."""
 
 
-def part_search(
-    problem: Problem,
-    judge: Judge,
-    log: Log,
-    report: Report,
-    closure: Closure | None = None,
-    most: float | None = None,
-) -> PartSearch:
-    """Return the search of a part of the object graph that suits the number of sets.
+class Part(NamedTuple):
+    """What is searched, and how.
 
-    Args:
+    Attributes:
         problem: what to plan.
-        judge: answers about it.
+        judge: answers about it; its back end is the kernel's.
         log: told of the progress; its budget is spent.
         report: likewise.
-        closure: the part; None is the whole object graph.
+        closure: the part of the object graph; None is all of it.
         most: what plans may cost; None is anything.
     """
-    return part_class(problem)(problem, judge, log, report, closure, most)
+
+    problem: Problem
+    judge: Judge
+    log: Log
+    report: Report
+    closure: Closure | None = None
+    most: float | None = None
+
+    @property
+    def backend(self) -> KernelBackend:
+        """The judge's."""
+        backend = self.judge.backend
+        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
+        return backend
+
+    @property
+    def beyond(self) -> float:
+        """What plans that leave the part cost at least."""
+        return math.inf if self.closure is None else self.closure.next
+
+    def leaving(self) -> Leaving | None:
+        """Return the arcs of the part, without those that only dearer plans pass."""
+        if self.closure is None:
+            return None
+        return self.closure.leaving(math.inf if self.most is None else self.most * (1.0 + PROVEN))
+
+
+def part_search(part: Part) -> PartSearch:
+    """Return the search of a part of the object graph that suits the number of sets."""
+    return part_class(part.problem)(part)
 
 
 def part_class(problem: Problem) -> type[LanePart] | type[CellPart]:
@@ -76,13 +98,6 @@ def set_count(problem: Problem) -> int:
     return math.prod(math.comb(P, len(group)) for group in hand.groups())
 
 
-def _leaving(closure: Closure | None, most: float | None) -> Leaving | None:
-    """Return the arcs of a part, without those that only dearer plans pass."""
-    if closure is None:
-        return None
-    return closure.leaving(math.inf if most is None else most * (1.0 + PROVEN))
-
-
 @final
 class LanePart:
     """The search over lanes of placements.
@@ -91,23 +106,13 @@ class LanePart:
         exhausted: whether it ended by itself, or can prove no more of this part.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        judge: Judge,
-        log: Log,
-        report: Report,
-        closure: Closure | None = None,
-        most: float | None = None,
-    ) -> None:
-        backend = judge.backend
-        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
-        self._judge, self._log = judge, log
-        leaving = _leaving(closure, most)
-        self._graph = LaneGraph(problem, judge, backend, log.meter.spent, leaving)
+    def __init__(self, part: Part) -> None:
+        problem, judge, log = part.problem, part.judge, part.log
+        self._judge, self._log, self._beyond = judge, log, part.beyond
+        stop, leaving = log.meter.spent, part.leaving()
+        self._graph = LaneGraph(problem, judge, part.backend, stop, leaving)
         source = start_sets(problem, judge, self._graph)
-        self._beyond = math.inf if closure is None else closure.next
-        self._search = LaneSearch(self._graph, source, log, tracer(report), self._beyond)
+        self._search = LaneSearch(self._graph, source, log, tracer(part.report), part.beyond)
         self.exhausted = False
 
     def run(self, pause: Stop = never) -> SearchResult:
@@ -127,23 +132,12 @@ class CellPart:
         exhausted: whether it ended by itself, or can prove no more of this part.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        judge: Judge,
-        log: Log,
-        report: Report,
-        closure: Closure | None = None,
-        most: float | None = None,
-    ) -> None:
-        backend = judge.backend
-        assert isinstance(backend, KernelBackend), "has_lanes was not asked"
-        self._backend, self._judge, self._log = backend, judge, log
-        leaving = _leaving(closure, most)
-        self._graph = CellGraph(problem, judge, backend, log.meter.spent, leaving)
-        self._beyond = math.inf if closure is None else closure.next
-        self._search = CellSearch(problem, judge, self._graph, log, tracer(report), self._beyond)
-        self._instead = problem, judge, log, report, closure, most
+    def __init__(self, part: Part) -> None:
+        problem, judge, log = part.problem, part.judge, part.log
+        self._judge, self._log, self._part = judge, log, part
+        stop, trace = log.meter.spent, tracer(part.report)
+        self._graph = CellGraph(problem, judge, part.backend, stop, part.leaving())
+        self._search = CellSearch(problem, judge, self._graph, log, trace, part.beyond)
         self._lanes: LanePart | None = None
         self._result: SearchResult | None = None
         self.exhausted = False
@@ -154,21 +148,21 @@ class CellPart:
             self._result = self._run(pause)
             if not self._search.given_up:
                 return self._result
-            self._lanes = LanePart(*self._instead)
+            self._lanes = LanePart(self._part)
         assert self._result is not None
         found = self._lanes.run(pause)
         self.exhausted = self._lanes.exhausted
         return cheaper(self._result, found)
 
     def _run(self, pause: Stop) -> SearchResult:
-        graph, head = self._graph, self._graph.cells.tables.head
-        self._backend.learn = graph.cuts.add
+        graph, head, part = self._graph, self._graph.cells.tables.head, self._part
+        part.backend.learn = graph.cuts.add
         try:
             result, self.exhausted = searched(
-                self._judge, graph, self._search, head, self._beyond, self._log, pause
+                self._judge, graph, self._search, head, part.beyond, self._log, pause
             )
         finally:
-            self._backend.learn = self._backend.pool.add
+            part.backend.learn = part.backend.pool.add
         return result
 
 

@@ -17,14 +17,13 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.errors import LimitError
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.holds.extraction import Leg
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.planners.lane_entries import Choices, Entry, Waiting, legs, lifted_row
 from gm_ompl.planners.lane_sources import StartSets
-from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.outcome import Log, status_of
 from gm_ompl.planners.planner import Status
 from gm_ompl.planners.trace import Expansion, Trace
 from gm_ompl.problem import Placements
@@ -77,14 +76,7 @@ class LaneSearch:
         Args:
             pause: asked whether to end for now, as if no budget were left.
         """
-        try:
-            status = self._run(pause)
-        except LimitError:
-            status = Status.BUDGET
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
-        if status is Status.BUDGET and self._best is not None:
-            status = Status.SOLVED
+        status = status_of(lambda: self._run(pause), lambda: self._best is not None)
         if status is Status.INFEASIBLE:
             self.bound = math.inf
         self._event()

@@ -25,7 +25,7 @@ from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.anywhere import solve_anywhere
 from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.free_search import FreeSearch
-from gm_ompl.planners.lane_parts import part_search
+from gm_ompl.planners.lane_parts import Part, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -62,7 +62,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         return FreeSearch(problem, judge, log, report).run()
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
-        return part_search(problem, judge, log, report).run()
+        return part_search(Part(problem, judge, log, report)).run()
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except LimitError as stopped:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, final
 
+from gm_ompl.errors import LimitError
 from gm_ompl.planners.planner import Meter, Progress, Report, SearchResult, Status, silent
 from gm_ompl.problem import Move
 
@@ -111,3 +112,19 @@ def without_search(status: Status, bound: float, meter: Meter, ended_by: str = "
     if ended_by:
         statistics["ended_by"] = ended_by
     return SearchResult(status=status, lower_bound=bound, statistics=statistics)
+
+
+def status_of(run: Callable[[], Status], planned: Callable[[], bool]) -> Status:
+    """Run a search; what ends it from outside becomes its status.
+
+    Args:
+        run: the search.
+        planned: whether a plan is known, which is then what a spent budget leaves.
+    """
+    try:
+        status = run()
+    except LimitError:
+        status = Status.BUDGET
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    return Status.SOLVED if status is Status.BUDGET and planned() else status
