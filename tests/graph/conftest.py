@@ -3,44 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import final
 
-import numpy as np
 import pytest
 
-from gm_ompl.contact.decision import ModeDecision
-from gm_ompl.contact.state import Instant
-from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.problem import Problem
-from gm_ompl.reference.modes import Modes, decide_modes
-
-
-@final
-class Remembered:
-    """The reference's mode decisions for one problem, each made once."""
-
-    def __init__(self, problem: Problem) -> None:
-        self._diagonal = problem.body.diagonal
-        self._memo: dict[tuple[bytes, ...], ModeDecision] = {}
-
-    def __call__(self, instant: Instant, prefer: Modes | None = None) -> ModeDecision:
-        key = (
-            contact_key(instant.contacts, self._diagonal),
-            np.round(instant.points / self._diagonal, 9).tobytes(),
-            instant.max_normal_force.tobytes(),
-            instant.friction.tobytes(),
-        )
-        if key not in self._memo:
-            self._memo[key] = decide_modes(instant, prefer)
-        return self._memo[key]
+from tests.shared_decisions import SharedDecisions
 
 
 @pytest.fixture(scope="session")
-def remembered() -> Callable[[Problem], Remembered]:
+def remembered() -> Callable[[Problem], SharedDecisions]:
     """Per problem name its decisions; variants that differ in costs alone share them."""
-    known: dict[str, Remembered] = {}
+    known: dict[str, SharedDecisions] = {}
 
-    def of(problem: Problem) -> Remembered:
-        return known.setdefault(problem.name, Remembered(problem))
+    def of(problem: Problem) -> SharedDecisions:
+        return known.setdefault(problem.name, SharedDecisions(problem))
 
     return of

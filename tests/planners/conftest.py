@@ -13,7 +13,6 @@ from gm_ompl.arrays import Array, read_only
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.geometry.pose import Pose, Twist
 from gm_ompl.motion.arc import Arc, Motion
@@ -24,28 +23,9 @@ from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import Modes, decide_modes
 from gm_ompl.scenario.load import load
+from tests.shared_decisions import SharedDecisions
 
 Decide = Callable[[Instant, Modes | None], ModeDecision]
-
-
-@final
-class SharedDecisions:
-    """The reference's mode decisions, each made once for all searches of one problem."""
-
-    def __init__(self, problem: Problem) -> None:
-        self._diagonal = problem.body.diagonal
-        self._memo: dict[tuple[object, ...], ModeDecision] = {}
-
-    def __call__(self, instant: Instant, prefer: Modes | None = None) -> ModeDecision:
-        key = (
-            contact_key(instant.contacts, self._diagonal),
-            np.round(instant.points / self._diagonal, 9).tobytes(),
-            instant.max_normal_force.tobytes(),
-            instant.friction.tobytes(),
-        )
-        if key not in self._memo:
-            self._memo[key] = decide_modes(instant, prefer)
-        return self._memo[key]
 
 
 @final
