@@ -75,7 +75,7 @@ for _name, _verb in VERBS.items():
     app.command(_name)(command(*_verb))
 
 
-COLLECT_AFTER: Final = 100_000
+COLLECT_AFTER: Final = 200_000
 """Objects made before garbage is looked for; at Python's 700 a tenth of a start goes into that."""
 
 
@@ -92,6 +92,7 @@ def run() -> None:
         code = Exit.BAD_INPUT
         with suppress(OSError):
             note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
+    gc.freeze()  # else Python looks for garbage among all that libraries loaded: a fifth of a second
     sys.exit(int(code))
 
 

@@ -8,8 +8,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
@@ -106,6 +104,9 @@ def _between(reach: Reach, air: FreeAir, first: Array, last: Array) -> Array | N
 
 def _roadmap(air: FreeAir, first: Array, last: Array, others: Array) -> Array | None:
     """Return the shortest way over straight stretches between all these points."""
+    from scipy.sparse import csr_matrix  # takes long to load
+    from scipy.sparse.csgraph import dijkstra
+
     points = np.concatenate([first, last, others])
     i, j = np.triu_indices(len(points), 1)
     free = air.clear(points[i], points[j])

@@ -12,7 +12,6 @@ import math
 from typing import Final, NamedTuple, final
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
@@ -189,6 +188,8 @@ class PlanarBounds:
 
 def _rim(points: Array) -> Array:
     """Return the hull of points (m, 2) in pieces (S, 2, 2)."""
+    from scipy.spatial import ConvexHull  # takes long to load
+
     corners = points[ConvexHull(points).vertices]
     sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
     lengths = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
@@ -202,6 +203,8 @@ def _rim(points: Array) -> Array:
 
 def _sides(points: Array) -> Array:
     """Return the sides (m, 2) of the hull of points (k, 2)."""
+    from scipy.spatial import ConvexHull
+
     hull = ConvexHull(points)
     sides: Array = points[hull.simplices[:, 1]] - points[hull.simplices[:, 0]]
     return sides

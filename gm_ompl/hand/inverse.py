@@ -8,13 +8,15 @@ these restarts reached".
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.hand.model import HandModel
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 SAMPLES: Final = 4096
 """Random configurations per finger from which beginnings are chosen."""
@@ -106,6 +108,8 @@ class InverseKinematics:
 
     def _table(self, finger: int) -> tuple[Array, KDTree]:
         """Return configurations (SAMPLES, k) and where they put a fingertip."""
+        from scipy.spatial import KDTree  # takes long to load
+
         if finger not in self._tables:
             spec, model = self._model.spec, self._model
             samples = self._rng.uniform(spec.low, spec.high, (SAMPLES, len(spec.low)))

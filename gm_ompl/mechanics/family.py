@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from scipy.optimize import nnls
 
 from gm_ompl.arrays import Array
 from gm_ompl.contact.state import Instant
@@ -111,6 +110,8 @@ def worst_loads(loads: Array, envs: Array) -> Array:
 
 def _covered(load: Array, others: Array, env: Array) -> bool:
     """Whether the load plus some forces of the environment (e, 6) is a mean of others."""
+    from scipy.optimize import nnls  # takes long to load
+
     weights = np.append(np.ones(len(others)), np.zeros(len(env)))
     matrix = np.vstack([np.hstack([others.T, -env.T]), weights])
     return bool(nnls(matrix, np.append(load, 1.0))[1] <= SAME)
