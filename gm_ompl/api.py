@@ -24,7 +24,7 @@ from gm_ompl.asking import (
     warned,
 )
 from gm_ompl.asking import load as load
-from gm_ompl.diagnosis.values import SECONDS
+from gm_ompl.diagnosis import SECONDS
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.ways import with_ways
 from gm_ompl.planfile.assemble import assemble

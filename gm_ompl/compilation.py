@@ -7,6 +7,7 @@ of all sources that hold compiled functions.
 
 from __future__ import annotations
 
+import functools
 import gc
 import hashlib
 import logging
@@ -15,10 +16,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final, TypeVar
-
-import numba
+from typing import Any, Final, TypeVar, final
 
 from gm_ompl import clock
 
@@ -26,15 +27,29 @@ _log = logging.getLogger(__name__)
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
+def _sources(folder: str) -> Iterator[tuple[str, bytes]]:
+    """Yield the files below a folder that hold compiled functions."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                yield from _sources(entry.path)
+            elif entry.name.endswith(".py"):
+                with open(entry.path, "rb") as file:
+                    text = file.read()
+                if b"@compiled" in text or b"@inlined" in text:
+                    yield entry.path, text
+
+
 def _source_hash() -> str:
     digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        text = source.read_bytes()
-        if b"@compiled" in text or b"@inlined" in text:
-            digest.update(text)
-    # Numba takes machine code of another place for stale.
     place = Path(__file__).resolve().parent
-    digest.update(f"{numba.__version__} {sys.version_info[:2]} {place}".encode())
+    for _, text in sorted(_sources(str(place))):
+        digest.update(text)
+    numba = find_spec("numba")
+    if numba is not None and numba.origin is not None:
+        digest.update(Path(numba.origin).with_name("_version.py").read_bytes())
+    # Numba takes machine code of another place for stale.
+    digest.update(f"{sys.version_info[:2]} {place}".encode())
     return digest.hexdigest()[:16]
 
 
@@ -55,27 +70,28 @@ def _cache_folder() -> Path | None:
 CACHE = _cache_folder()
 if CACHE is None:
     _log.warning("no writable cache folder: the mechanics kernel is compiled anew in each process")
-else:
-    numba.config.CACHE_DIR = str(CACHE)
 
 
-def _load_without_blas() -> None:
-    """Load numba's array functions without SciPy's linear algebra, a tenth of a first plan.
+@functools.cache
+def _numba() -> Any:
+    """Load numba, without SciPy's linear algebra: a tenth of a first plan.
 
-    They load it only to see whether it is there. It is (SciPy is required), and a function that
-    multiplies matrices loads it when it is compiled.
+    Its array functions load that only to see whether it is there. It is (SciPy is required), and a
+    function that multiplies matrices loads it when it is compiled.
     """
+    import numba
+
+    if CACHE is not None:
+        numba.config.CACHE_DIR = str(CACHE)
     from numba.np import linalg
 
     asks = linalg.ensure_blas
     linalg.ensure_blas = lambda: None
     try:
-        import numba.np.arraymath  # noqa: F401
+        import numba.np.arraymath
     finally:
         linalg.ensure_blas = asks
-
-
-_load_without_blas()
+    return numba
 
 
 def is_compiled() -> bool:
@@ -123,22 +139,54 @@ def _making() -> Iterator[None]:
         clock.stand_still(time.monotonic() - started)
 
 
+@final
+class Kernel:
+    """A function that numba makes when it is first called, or when a caller is compiled.
+
+    To numba it is what numba makes of it. Most of what a process loads it never calls, and each
+    costs as much as reading a file.
+
+    Attributes:
+        py_func: the function.
+    """
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func, self._options = function, options
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the machine code for these types of arguments."""
+        return self.made(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.made, name)
+
+    @cached_property
+    def made(self) -> Any:
+        """What numba makes of the function."""
+        numba = _numba()
+        jitted = numba.njit(nogil=True, **_ARITHMETIC, **self._options)(self.py_func)
+        if not numba.config.DISABLE_JIT:
+            general = jitted.compile
+
+            def compile_once(signature: Any) -> Any:
+                # Else numba compiles anew, callers included, for every constant in a call.
+                arguments, _ = numba.core.sigutils.normalize_signature(signature)
+                with _making():
+                    return general(tuple(map(numba.types.unliteral, arguments)))
+
+            jitted.compile = compile_once
+        return jitted
+
+    @property
+    def overloads(self) -> Any:
+        """The types of arguments for which there is machine code."""
+        return self.made.overloads if "made" in vars(self) else {}
+
+
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
-    jitted = numba.njit(cache=CACHE is not None, nogil=True, no_cfunc_wrapper=True, **_ARITHMETIC)(
-        function
-    )
-    if not numba.config.DISABLE_JIT:
-        general = jitted.compile
-
-        def compile_once(signature: Any) -> Any:
-            # Else numba compiles anew, callers included, for every constant in a call.
-            arguments, _ = numba.core.sigutils.normalize_signature(signature)
-            with _making():
-                return general(tuple(map(numba.types.unliteral, arguments)))
-
-        jitted.compile = compile_once
-    typed: _Function = jitted
+    typed: Any = Kernel(function, cache=CACHE is not None, no_cfunc_wrapper=True)
     return typed
 
 
@@ -148,5 +196,5 @@ def inlined(function: _Function) -> _Function:
     For what is called in the innermost loops; and for large functions with one caller, since a
     compiled callee's code is optimised anew within each caller.
     """
-    typed: _Function = numba.njit(inline="always", nogil=True, **_ARITHMETIC)(function)
+    typed: Any = Kernel(function, inline="always")
     return typed

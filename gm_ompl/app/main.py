@@ -92,7 +92,7 @@ def run() -> None:
         code = Exit.BAD_INPUT
         with suppress(OSError):
             note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
-    gc.freeze()  # else Python looks for garbage among all that libraries loaded: a fifth of a second
+    gc.freeze()  # else Python looks for garbage in all that libraries loaded: a fifth of a second
     sys.exit(int(code))
 
 

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.diagnosis import remedies
+from gm_ompl.diagnosis import SECONDS, remedies
 from gm_ompl.diagnosis.free import FreeExplaining
 from gm_ompl.diagnosis.instants import Explainer, contact_lines
 from gm_ompl.diagnosis.pockets import pocket_line
@@ -17,7 +17,6 @@ from gm_ompl.diagnosis.regions import Region, names, whole_lane, whole_region
 from gm_ompl.diagnosis.remedies import certain, finer, sampled, search
 from gm_ompl.diagnosis.surveys import Scored, known, sets_at, survey
 from gm_ompl.diagnosis.values import (
-    SECONDS,
     Attempt,
     ContactLine,
     Explanation,

@@ -9,7 +9,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.diagnosis import free_remedies, remedies
+from gm_ompl.diagnosis import SECONDS, free_remedies, remedies
 from gm_ompl.diagnosis.free_regions import FreeRegion, Leaving
 from gm_ompl.diagnosis.free_values import Explored
 from gm_ompl.diagnosis.instants import Explainer
@@ -24,7 +24,6 @@ from gm_ompl.diagnosis.roaming import (
 )
 from gm_ompl.diagnosis.surveys import Scored, known, sets_at, survey
 from gm_ompl.diagnosis.values import (
-    SECONDS,
     Attempt,
     Explanation,
     InstantLine,

@@ -9,9 +9,6 @@ from gm_ompl.diagnosis.free_values import Explored, Place
 from gm_ompl.feasibility.verdict import Finding
 from gm_ompl.writing import plain
 
-SECONDS = 30.0
-"""What an explanation may take, its searches included."""
-
 
 @dataclass(frozen=True)
 class ModeLine:

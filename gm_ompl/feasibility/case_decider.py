@@ -10,6 +10,7 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
+from gm_ompl.feasibility.keys import spots
 from gm_ompl.mechanics.batch import Decisions, unanswered
 from gm_ompl.mechanics.case_alternatives import CaseAlternatives
 from gm_ompl.mechanics.central import Answer
@@ -22,14 +23,6 @@ from gm_ompl.mechanics.robust import (
     decide_cases,
 )
 from gm_ompl.problem import Problem
-
-
-def spots(problem: Problem) -> tuple[Array, Array]:
-    """Return where each finger may touch, and the normals there, (n, P, 3) each."""
-    hand = problem.fingers
-    shape = (hand.count, len(hand.placements), 3)
-    points = np.broadcast_to(hand.placements.points, shape)
-    return points, np.broadcast_to(hand.placements.normals, shape)
 
 
 @final

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -29,11 +29,12 @@ from gm_ompl.feasibility.verdict import Finding, Verdict
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.hand.model import HandModel
-from gm_ompl.hand.reach import HandReach
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
 from gm_ompl.problem import Placements, Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.hand.reach import HandReach
 
 LOOKS = (0.25, 0.5, 0.75)
 """Where along an arc, beside its ends, a hand's fingers are asked for; joint paths look closer."""
@@ -64,6 +65,9 @@ class NodeGeometry:
 
 def hand_reach(problem: Problem, hand: HandSpec) -> HandReach:
     """Return what ``hand`` reaches in a problem's world."""
+    from gm_ompl.hand.model import HandModel
+    from gm_ompl.hand.reach import HandReach
+
     environment, fingers = problem.environment, problem.fingers
     obstacles = [obstacle.body for obstacle in environment.obstacles]
     model = HandModel(hand, problem.body, obstacles, environment.floor)

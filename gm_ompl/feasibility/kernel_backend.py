@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias, final
+from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 
@@ -11,19 +11,20 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
-from gm_ompl.feasibility.case_decider import CaseDecider, spots
-from gm_ompl.feasibility.keys import contact_key, finger_kinds
-from gm_ompl.feasibility.strong_decider import StrongDecider
+from gm_ompl.feasibility.deciders import deciders
+from gm_ompl.feasibility.keys import contact_key, finger_kinds, spots
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
-from gm_ompl.mechanics.case_alternatives import Choices
 from gm_ompl.mechanics.central import Answer, settle_commands
 from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.mechanics.program import Program, Touch
 from gm_ompl.problem import Placements, Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.mechanics.case_alternatives import Choices
 
 Key: TypeAlias = tuple[int, Placements, Placements]
 """Contact state, kinds of fingers, placements."""
@@ -53,8 +54,7 @@ class KernelBackend:
         self._weight = problem.mass * settings.gravity / self.scale
         self._f_max = hand.max_normal_force / self.scale
         self._kinds = finger_kinds(problem)
-        self._cases = CaseDecider(problem, self._U) if problem.uncertainty else None
-        self._strong = StrongDecider(problem, self._U) if settings.strong else None
+        self._cases, self._strong = deciders(problem, self._U)
         # Cuts of the first case's fingertips: what bounds one case bounds the worst.
         self._tips = (
             columns.hand_columns(

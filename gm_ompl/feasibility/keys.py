@@ -24,6 +24,14 @@ def finger_kinds(problem: Problem) -> tuple[int, ...]:
     return tuple(traits.index(trait) for trait in traits)
 
 
+def spots(problem: Problem) -> tuple[Array, Array]:
+    """Return where each finger may touch, and the normals there, (n, P, 3) each."""
+    hand = problem.fingers
+    shape = (hand.count, len(hand.placements), 3)
+    points = np.broadcast_to(hand.placements.points, shape)
+    return points, np.broadcast_to(hand.placements.normals, shape)
+
+
 def contact_key(contacts: ContactState, diagonal: float) -> bytes:
     """Return what a mode decision depends on in ``contacts``, rounded relative to D.
 

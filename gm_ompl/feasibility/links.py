@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
-from gm_ompl.mechanics.case_alternatives import Choices
+
+if TYPE_CHECKING:
+    from gm_ompl.mechanics.case_alternatives import Choices
 
 
 class Side(NamedTuple):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.feasibility.links import Link, failing
-from gm_ompl.mechanics.case_alternatives import Choices
+
+if TYPE_CHECKING:
+    from gm_ompl.mechanics.case_alternatives import Choices
 
 ROUNDS = 40
 """Linear programs per plan; instants not settled by then keep the f_com that is best for z."""

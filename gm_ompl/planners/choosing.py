@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -27,10 +27,11 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.links import Link, Side
 from gm_ompl.feasibility.steady_force import Undecided, least_change
 from gm_ompl.feasibility.steady_modes import Broken, fewest_switches, spread, switches
-from gm_ompl.mechanics.case_alternatives import Choices
-from gm_ompl.mechanics.strongest import strong_choices
 from gm_ompl.motion.arc import Moment
 from gm_ompl.problem import Move, Placements, Problem, Regrasp
+
+if TYPE_CHECKING:
+    from gm_ompl.mechanics.case_alternatives import Choices
 
 LEAST, AIM = 8e-7, 5e-7
 """By how much z may stay below the best, relatively, and what the cuts ask for. A check that
@@ -200,6 +201,8 @@ class Chooser:
     def _strong_choices(
         self, key: tuple[int, tuple[int, ...], Placements]
     ) -> tuple[ModeDecision, ...]:
+        from gm_ompl.mechanics.strongest import strong_choices  # few plans are made for z_strong
+
         contacts = self._backend.contacts(key[0])
         return strong_choices(self.problem.instant(contacts, *key[1:]))
 

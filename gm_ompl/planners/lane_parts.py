@@ -5,25 +5,27 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple, Protocol, final
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, final
 
 from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.cell_graph import CellGraph
 from gm_ompl.graph.closure import Closure
 from gm_ompl.graph.lane_graph import LaneGraph
 from gm_ompl.graph.lanes import Leaving
 from gm_ompl.holds.extraction import Leg, moves_of
 from gm_ompl.holds.watch import Stop, never
-from gm_ompl.planners.cell_search import CellSearch
 from gm_ompl.planners.lane_search import LaneSearch
 from gm_ompl.planners.lane_sources import start_sets
 from gm_ompl.planners.outcome import PROVEN, Log, result_of
 from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.planners.trace import tracer
 from gm_ompl.problem import Move, Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.graph.cell_graph import CellGraph
+    from gm_ompl.planners.cell_search import CellSearch
 
 FEW_SETS: Final = 250_000
 """Sets of placements up to which lanes are treated one by one."""
@@ -133,6 +135,9 @@ class CellPart:
     """
 
     def __init__(self, part: Part) -> None:
+        from gm_ompl.graph.cell_graph import CellGraph  # few searches are over cells
+        from gm_ompl.planners.cell_search import CellSearch
+
         problem, judge, log = part.problem, part.judge, part.log
         self._judge, self._log, self._part = judge, log, part
         stop, trace = log.meter.spent, tracer(part.report)

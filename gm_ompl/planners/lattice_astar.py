@@ -22,9 +22,7 @@ from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.tables import claim_tables
 from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.planners.anywhere import solve_anywhere
 from gm_ompl.planners.astar import BestFirstSearch, Told
-from gm_ompl.planners.free_search import FreeSearch
 from gm_ompl.planners.lane_parts import Part, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter
@@ -59,6 +57,8 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
     """
     log = Log(budget.start(), judge, report)
     if isinstance(problem.motion, FreeMotion):
+        from gm_ompl.planners.free_search import FreeSearch
+
         return FreeSearch(problem, judge, log, report).run()
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
@@ -139,6 +139,8 @@ class LatticePlanner(Planner):
                 raise InputError(
                     "fingers.placements.continuous needs astar's heuristic lanes, its default"
                 )
+            from gm_ompl.planners.anywhere import solve_anywhere
+
             return solve_anywhere(problem, judge, budget.start(), report)
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))

@@ -31,7 +31,6 @@ from gm_ompl.scenario.shapes import body_of
 from gm_ompl.scenario.standing import Ground
 from gm_ompl.scenario.uncertain import make_uncertainty
 from gm_ompl.uncertainty.ranges import Uncertainty
-from gm_ompl.uncertainty.worlds import corner_count
 
 THICK = 4.0
 """The least thickness of a convex object, in contact tolerances."""
@@ -123,6 +122,8 @@ def _moving(model: ScenarioModel, ground: Ground, notes: Notes) -> Moving | None
 def _uncertainty(model: ScenarioModel, body: Body, fingers: Fingers, notes: Notes) -> Uncertainty:
     if model.uncertainty is None:
         return Uncertainty()
+    from gm_ompl.uncertainty.worlds import corner_count
+
     names = tuple(sorted(model.environment.obstacles))
     found = make_uncertainty(model.uncertainty, body, frictions(model), model.object.mass, names)
     count = corner_count(found, fingers.count)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path as FilePath
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gm_ompl.errors import HandError
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.hand.build import Wanted, hand_spec
-from gm_ompl.hand.model import HandModel
-from gm_ompl.hand.packing import packed, unpacked
-from gm_ompl.hand.reach import HandReach
 from gm_ompl.hand.spec import HandSpec, Tip
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.hand_model import RobotModel
@@ -19,12 +16,16 @@ from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel
 from gm_ompl.scenario.motions import turned
 
+if TYPE_CHECKING:
+    from gm_ompl.hand.model import HandModel
+
 
 def with_found_files(model: ScenarioModel, notes: Notes) -> ScenarioModel:
     """Return ``model`` with the hand's file, and all that it needs, inside: plans lie anywhere."""
     hand, folder = model.hand, notes.document.folder
     if hand is None or hand.file is None or hand.files or folder is None:
         return model
+    from gm_ompl.hand.packing import packed
 
     def found(name: str) -> FilePath:
         return (folder / FilePath(name).expanduser()).absolute()
@@ -43,6 +44,9 @@ def make_hand(hand: RobotModel | None, fingers: int, notes: Notes) -> HandSpec |
     """Return the hand, or None where there is none or after noting what is wrong with it."""
     if hand is None:
         return None
+    from gm_ompl.hand.build import Wanted, hand_spec  # few scenarios have a robot's hand
+    from gm_ompl.hand.packing import unpacked
+
     tips = None
     if hand.tips is not None:
         tips = tuple(Tip(tip.link, np.array(tip.offset)) for tip in hand.tips)
@@ -74,6 +78,8 @@ def check_hand(problem: Problem, notes: Notes) -> None:
     hand = problem.hand
     if hand is None:
         return
+    from gm_ompl.hand.model import HandModel
+
     environment, start = problem.environment, problem.motion.pose(problem.start)
     bodies = [obstacle.body for obstacle in environment.obstacles]
     model = HandModel(hand, problem.body, bodies, environment.floor)
@@ -93,6 +99,8 @@ def check_hand(problem: Problem, notes: Notes) -> None:
 
 def _check_start(problem: Problem, model: HandModel, start: Pose, notes: Notes) -> None:
     """Note a finger that reaches no placement at the start, or not the one it is given."""
+    from gm_ompl.hand.reach import HandReach
+
     fingers = problem.fingers
     centres = [fingers.placements.centres(r) for r in fingers.radius.tolist()]
     reach = HandReach(model, centres, fingers.radius, problem.body.diagonal)
