@@ -24,6 +24,9 @@ from typing import Any, Final, TypeVar, final
 from gm_ompl import clock
 
 _log = logging.getLogger(__name__)
+MARKS: Final = (b"@compiled", b"@inlined", b"@lean")
+"""What a file holds that has compiled functions."""
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
@@ -36,7 +39,7 @@ def _sources(folder: str) -> Iterator[tuple[str, bytes]]:
             elif entry.name.endswith(".py"):
                 with open(entry.path, "rb") as file:
                     text = file.read()
-                if b"@compiled" in text or b"@inlined" in text:
+                if any(mark in text for mark in MARKS):
                     yield entry.path, text
 
 
@@ -187,6 +190,16 @@ class Kernel:
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
     typed: Any = Kernel(function, cache=CACHE is not None, no_cfunc_wrapper=True)
+    return typed
+
+
+def lean(function: _Function) -> _Function:
+    """Compile ``function``, uses of its arrays not counted: most of the time of a short loop.
+
+    For what makes no array, returns none, and calls nothing that does: what it calls is made alike.
+    """
+    options = {"cache": CACHE is not None, "no_cfunc_wrapper": True, "_nrt": False}
+    typed: Any = Kernel(function, **options)
     return typed
 
 

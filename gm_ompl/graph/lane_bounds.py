@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, inlined
-from gm_ompl.holds.bounds import NOTHING, arc_cost, arcs_of, ends_at, ends_of
+from gm_ompl.compilation import compiled, inlined, lean
+from gm_ompl.holds.bounds import NOTHING, arc_cost, arcs_of, ends_at, ends_of, unknown
 from gm_ompl.holds.rows import Tables
 from gm_ompl.mechanics.cuts import CutTables
 
@@ -14,7 +14,7 @@ SHORTER = 1.0 - 1e-11
 """A hub counts as reached anew only by this factor: sums in another order are not progress."""
 
 
-@compiled
+@lean
 def spread(c: int, costs: Array, tables: Tables, travel: Array, via: IntArray) -> None:
     """Write the least cost (V,) from node c, kinds costing this (K,), and the last arc (V,)."""
     order, tail, head, again = tables.order, tables.tail, tables.head, not tables.one_pass
@@ -44,7 +44,7 @@ def better_hub(
     return best, node, slot
 
 
-@compiled
+@lean
 def best_target(
     c: int, g: float, costs: Array, d: Array, hubs: tuple[Array, Array], tables: Tables,
     travel: Array,
@@ -93,7 +93,7 @@ def hub_default(rows: IntArray, k: int, c: int, tables: Tables) -> float:
     return float(min(through, tables.X_regr + least[c]))
 
 
-@compiled
+@lean
 def hub_defaults(rows: IntArray, tables: Tables, V: Array) -> None:
     """Write V (n, V) as geometry alone bounds it."""
     for k in range(V.shape[0]):
@@ -120,37 +120,47 @@ def lane_keys(
         cuts: the cuts.
         keys: output (L,).
     """
-    tail, head, onward_arcs, kind = tables.tail, tables.head, tables.order[::-1], tables.kind
-    P, X_regr, again = tables.states.shape[1], tables.X_regr, not tables.one_pass
-    known, z = np.full(P, np.inf), np.empty(P)
-    travel, arcs, ends = np.empty(len(tables.goal)), arcs_of(tables, True), ends_of(tables)
-    costs = np.empty(tables.states.shape[0])
+    known, z = unknown(tables)
+    travel, costs = np.empty(len(tables.goal)), np.empty(tables.states.shape[0])
     for m in range(sets.shape[0]):
-        rows, memo, best = sets[m], NOTHING, np.inf
-        travel[:], costs[:] = np.inf, -1.0
-        travel[c], k, at, falling = 0.0, 0, c, False
-        while True:
-            if at >= 0:  # reached at less cost than before: it may end here, or go on from a hub
-                if ends_at(rows, at, ends):
-                    best = min(best, travel[at])
-                for i in range(len(rows)):
-                    onward = V[ids[m, i], at] if len(V) > 0 else hub_default(rows, i, at, tables)
-                    best = min(best, travel[at] + X_regr + onward)
-            if k == len(onward_arcs):
-                if not falling:
-                    break
-                k, falling = 0, False
-            a, at = onward_arcs[k], -1
-            k += 1
-            here = travel[tail[a]]
-            if here < best and here < travel[head[a]]:  # else no cost of the arc matters
-                if costs[kind[a]] < 0.0:
-                    costs[kind[a]], memo = arc_cost(rows, kind[a], known, arcs, cuts, z, memo)
-                cost = costs[kind[a]]
-                if here + cost < best and here + cost < travel[head[a]]:
-                    at = head[a]
-                    travel[at], falling = here + cost, again
-        keys[m] = best
+        one = sets[m], ids[m] if len(V) > 0 else ids[0]
+        keys[m] = _lane_key(one, V, c, tables, cuts, (known, z, travel, costs))
+
+
+@lean
+def _lane_key(
+    one: tuple[IntArray, IntArray], V: Array, c: int, tables: Tables, cuts: CutTables,
+    room: tuple[Array, Array, Array, Array],
+) -> float:  # fmt: skip
+    """Return the bound for one lane, given by its placements and the rows of its hubs."""
+    tail, head, order, kind = tables.tail, tables.head, tables.order, tables.kind
+    X_regr, again, (rows, hubs), (known, z, travel, costs) = (
+        tables.X_regr, not tables.one_pass, one, room
+    )  # fmt: skip
+    arcs, ends, memo, best = arcs_of(tables, True), ends_of(tables), NOTHING, np.inf
+    travel[:], costs[:] = np.inf, -1.0
+    travel[c], k, at, falling = 0.0, len(order), c, False
+    while True:
+        if at >= 0:  # reached at less cost than before: it may end here, or go on from a hub
+            if ends_at(rows, at, ends):
+                best = min(best, travel[at])
+            for i in range(len(rows)):
+                onward = V[hubs[i], at] if len(V) > 0 else hub_default(rows, i, at, tables)
+                best = min(best, travel[at] + X_regr + onward)
+        if k == 0:
+            if not falling:
+                return float(best)
+            k, falling = len(order), False
+        k -= 1
+        a, at = order[k], -1
+        here = travel[tail[a]]
+        if here < best and here < travel[head[a]]:  # else no cost of the arc matters
+            if costs[kind[a]] < 0.0:
+                costs[kind[a]], memo = arc_cost(rows, kind[a], known, arcs, cuts, z, memo)
+            cost = costs[kind[a]]
+            if here + cost < best and here + cost < travel[head[a]]:
+                at = head[a]
+                travel[at], falling = here + cost, again
 
 
 @compiled
@@ -169,22 +179,30 @@ def hub_rows(
         cuts: the cuts.
         table: output (choices, V).
     """
-    order, tails, heads, again = tables.order, tables.tail, tables.head, not tables.one_pass
-    kind, P, costs = tables.kind, tables.states.shape[1], np.empty(tables.states.shape[0])
-    known, z = np.full(P, np.inf), np.empty(P)
-    full, arcs, ends = rows.copy(), arcs_of(tables, True), ends_of(tables)
+    known, z = unknown(tables)
+    full, costs = rows.copy(), np.empty(tables.states.shape[0])
     for index in which:
         full[slot] = choices[index]
-        d, memo, falling, costs[:] = table[index], NOTHING, True, -1.0
-        for c in range(len(d)):
-            d[c] = 0.0 if ends_at(full, c, ends) else np.inf
-        while falling:
-            falling = False
-            for k in range(len(order)):
-                a = order[k]
-                head, tail = heads[a], tails[a]
-                if d[head] < d[tail]:  # else no cost of the arc matters
-                    if costs[kind[a]] < 0.0:
-                        costs[kind[a]], memo = arc_cost(full, kind[a], known, arcs, cuts, z, memo)
-                    if d[head] + costs[kind[a]] < d[tail]:
-                        d[tail], falling = d[head] + costs[kind[a]], again
+        _hub_row(full, tables, cuts, (known, z, costs), table[index])
+
+
+@lean
+def _hub_row(
+    rows: IntArray, tables: Tables, cuts: CutTables, room: tuple[Array, Array, Array], d: Array
+) -> None:
+    """Write the costs to the goal (V,) in one lane."""
+    order, tails, heads, kind = tables.order, tables.tail, tables.head, tables.kind
+    (known, z, costs), again, falling, memo = room, not tables.one_pass, True, NOTHING
+    arcs, ends, costs[:] = arcs_of(tables, True), ends_of(tables), -1.0
+    for c in range(len(d)):
+        d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
+    while falling:
+        falling = False
+        for k in range(len(order)):
+            a = order[k]
+            head, tail = heads[a], tails[a]
+            if d[head] < d[tail]:  # else no cost of the arc matters
+                if costs[kind[a]] < 0.0:
+                    costs[kind[a]], memo = arc_cost(rows, kind[a], known, arcs, cuts, z, memo)
+                if d[head] + costs[kind[a]] < d[tail]:
+                    d[tail], falling = d[head] + costs[kind[a]], again

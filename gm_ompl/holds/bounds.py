@@ -10,7 +10,7 @@ from typing import Final, NamedTuple, TypeAlias
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.holds.rows import UNASKED, Tables, lower
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
@@ -22,10 +22,9 @@ NOTHING: Final[Memo] = (UNASKED, np.inf, np.nan, 1.0)
 
 
 class Arcs(NamedTuple):
-    """What costs of arcs need of ``Tables``: numba counts every use of every array of a tuple.
+    """What costs of arcs need of ``Tables``.
 
-    And room to work in, ``factors`` (P,); ``weigh`` says whether lengths count: else an arc that
-    may hold costs nothing.
+    ``weigh`` says whether lengths count: else an arc that may hold costs nothing.
     """
 
     like: IntArray
@@ -35,7 +34,6 @@ class Arcs(NamedTuple):
     z_min: float
     z_floor: float
     X_stab: float
-    factors: Array
     weigh: bool
 
 
@@ -52,7 +50,7 @@ def arcs_of(tables: Tables, weigh: bool) -> Arcs:
     """Return what costs of arcs need."""
     return Arcs(
         tables.like, tables.free, tables.states, tables.lengths, tables.z_min, tables.z_floor,
-        tables.X_stab, np.empty(tables.states.shape[1]), weigh,
+        tables.X_stab, weigh,
     )  # fmt: skip
 
 
@@ -78,7 +76,7 @@ def arc_cost(
             state's cuts; left alone after the first that is below z_min.
         memo: what the arc before has left. It is returned with the cost.
     """
-    like, free, states, lengths, z_min, z_floor, X_stab, factors, weigh = arcs
+    like, free, states, lengths, z_min, z_floor, X_stab, weigh = arcs
     before, bound, margin, factor = memo
     P, row = states.shape[1], like[kind]
     most, holds = 0.0, True
@@ -94,15 +92,14 @@ def arc_cost(
         least = min(bound, known[j])
         holds = least >= z_min
         z[j] = least
-        if least != margin:
-            margin = least
-            factor = 1.0 + X_stab / max(margin, z_floor) if X_stab > 0.0 else 1.0
-        factors[j] = factor
     if holds and weigh:
         for k in range(len(rows)):
             travel = 0.0
             for j in range(P):
-                travel += factors[j] * lengths[k, rows[k], row, j]
+                if z[j] != margin:
+                    margin = z[j]
+                    factor = 1.0 + X_stab / max(margin, z_floor) if X_stab > 0.0 else 1.0
+                travel += factor * lengths[k, rows[k], row, j]
             most = max(most, travel)
     return most if holds else np.inf, (before, bound, margin, factor)
 
@@ -135,12 +132,28 @@ def refresh(
         costs: output (K,), lower bounds on Eq. (9).
         d: output (V,), lower bounds on the cost to the goal without regrasping.
     """
+    _arcs_and_ends(rows, tables, cuts, known, z, costs, d)
+    lower(d, costs, tables)
+
+
+@lean
+def _arcs_and_ends(
+    rows: IntArray, tables: Tables, cuts: CutTables, known: Array, z: Array, costs: Array,
+    d: Array,
+) -> None:  # fmt: skip
+    """Write a set's bounds along arcs, and where the motion may end."""
     arcs, ends, memo = arcs_of(tables, True), ends_of(tables), NOTHING
     for k in range(len(costs)):
         costs[k], memo = arc_cost(rows, k, known[k], arcs, cuts, z[k], memo)
     for c in range(len(d)):
         d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
-    lower(d, costs, tables)
+
+
+@inlined
+def unknown(tables: Tables) -> tuple[Array, Array]:
+    """Return the margins (P,) of a kind of which none is decided, and room for bounds on them."""
+    P = tables.states.shape[1]
+    return np.full(P, np.inf), np.empty(P)
 
 
 @compiled
@@ -178,15 +191,23 @@ def reaches(
         cuts: the cuts.
         reach: what is known so far, between the two.
     """
-    P = tables.states.shape[1]
-    known, z = np.full(P, np.inf), np.empty(P)
-    arcs, step = arcs_of(tables, False), 1 if last >= first else -1
+    known, z = unknown(tables)
     for m in range(sets.shape[0]):
-        rows, k, memo = sets[m], first, NOTHING
-        while k != reach[m]:
-            kind = tables.kind[k if step > 0 else k - 1]
-            cost, memo = arc_cost(rows, kind, known, arcs, cuts, z, memo)
-            if cost == np.inf:
-                break
-            k += step
-        reach[m] = k
+        reach[m] = _reach(sets[m], (first, reach[m]), last >= first, tables, cuts, (known, z))
+
+
+@lean
+def _reach(
+    rows: IntArray, ends: tuple[int, int], onward: bool, tables: Tables, cuts: CutTables,
+    room: tuple[Array, Array],
+) -> int:  # fmt: skip
+    """Return how far one set may come, between two vertices."""
+    (k, last), (known, z), memo = ends, room, NOTHING
+    arcs, step = arcs_of(tables, False), 1 if onward else -1
+    while k != last:
+        kind = tables.kind[k if onward else k - 1]
+        cost, memo = arc_cost(rows, kind, known, arcs, cuts, z, memo)
+        if cost == np.inf:
+            break
+        k += step
+    return int(k)

@@ -16,7 +16,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.mechanics.stability import BALANCED
 
 BLOCK = 8
@@ -102,7 +102,7 @@ def write_cuts(
         constants[b, at] = write_cut(Q[k], Y[k], L, columns, f_max, at, terms[b])
 
 
-@compiled
+@lean
 def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
     """Return the least bound on z that a state's cuts give for one set of placements.
 
