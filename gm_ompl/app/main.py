@@ -75,7 +75,7 @@ for _name, _verb in VERBS.items():
     app.command(_name)(command(*_verb))
 
 
-COLLECT_AFTER: Final = 200_000
+COLLECT_AFTER: Final = 500_000
 """Objects made before garbage is looked for; at Python's 700 a tenth of a start goes into that."""
 
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.lane_bounds import SHORTER
 from gm_ompl.holds.known import Known
-from gm_ompl.holds.rows import Tables, lower
+from gm_ompl.holds.rows import Tables, lower, lower_once
 from gm_ompl.holds.sets import LIFTED, Clearances, Groups, placement_sets
 from gm_ompl.problem import Placements, Problem
 
@@ -40,24 +40,56 @@ def lower_hubs(
     V: Array,
 ) -> bool:  # fmt: skip
     """Lower V (hubs, V) by what each lane offers from its hubs; whether anything fell."""
-    L, n = sets.shape
     onward, fell = np.empty(d.shape[1]), False
-    for i in range(L):
-        for c in range(len(onward)):
-            onward[c] = np.inf
-            for k in range(n):
-                if V[ids[i, k], c] < np.inf:
-                    onward[c] = min(onward[c], tables.X_regr + V[ids[i, k], c])
-            for k in range(n):
-                if not tables.node_free[k, sets[i, k], c]:
-                    onward[c] = np.inf
-            onward[c] = min(onward[c], d[i, c])
+    if tables.one_pass:
+        return bool(_lower_once(sets, ids, tables, costs, d, (stable, V), onward))
+    for i in range(len(sets)):
+        _through_hubs(sets[i], ids[i], tables, d[i], V, onward)
         lower(onward, costs[i], tables)
-        for k in range(n):
-            for c in range(len(onward)):
-                if stable[ids[i, k], c] and onward[c] < V[ids[i, k], c] * SHORTER:
-                    V[ids[i, k], c] = onward[c]
-                    fell = True
+        fell = _fallen(ids[i], onward, stable, V) or fell
+    return fell
+
+
+@lean
+def _lower_once(
+    sets: IntArray, ids: IntArray, tables: Tables, costs: Array, d: Array,
+    hubs: tuple[BoolArray, Array], onward: Array,
+) -> bool:  # fmt: skip
+    """Do what ``lower_hubs`` does where one pass over the arcs is enough."""
+    (stable, V), fell = hubs, False
+    for i in range(len(sets)):
+        _through_hubs(sets[i], ids[i], tables, d[i], V, onward)
+        lower_once(onward, costs[i], tables)
+        fell = _fallen(ids[i], onward, stable, V) or fell
+    return fell
+
+
+@inlined
+def _through_hubs(
+    rows: IntArray, hubs: IntArray, tables: Tables, d: Array, V: Array, onward: Array
+) -> None:
+    """Write what a lane's nodes cost (V,) where the way leads to the goal, or on to a hub."""
+    node_free, X_regr = tables.node_free, tables.X_regr
+    for c in range(len(onward)):
+        onward[c] = np.inf
+        for k in range(len(rows)):
+            if V[hubs[k], c] < np.inf:
+                onward[c] = min(onward[c], X_regr + V[hubs[k], c])
+        for k in range(len(rows)):
+            if not node_free[k, rows[k], c]:
+                onward[c] = np.inf
+        onward[c] = min(onward[c], d[c])
+
+
+@inlined
+def _fallen(hubs: IntArray, onward: Array, stable: BoolArray, V: Array) -> bool:
+    """Lower the hubs of a lane; whether one fell."""
+    fell = False
+    for k in range(len(hubs)):
+        for c in range(len(onward)):
+            if stable[hubs[k], c] and onward[c] < V[hubs[k], c] * SHORTER:
+                V[hubs[k], c] = onward[c]
+                fell = True
     return fell
 
 

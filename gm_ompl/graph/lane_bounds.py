@@ -122,22 +122,31 @@ def lane_keys(
     """
     known, z = unknown(tables)
     travel, costs = np.empty(len(tables.goal)), np.empty(tables.states.shape[0])
-    for m in range(sets.shape[0]):
-        one = sets[m], ids[m] if len(V) > 0 else ids[0]
-        keys[m] = _lane_key(one, V, c, tables, cuts, (known, z, travel, costs))
+    room = known, z, travel, costs
+    _lane_keys((sets, ids), V, c, tables, cuts, room, keys)
 
 
 @lean
+def _lane_keys(
+    lanes: tuple[IntArray, IntArray], V: Array, c: int, tables: Tables, cuts: CutTables,
+    room: tuple[Array, Array, Array, Array], keys: Array,
+) -> None:  # fmt: skip
+    sets, ids = lanes
+    for m in range(len(sets)):
+        one = sets[m], ids[m if len(V) > 0 else 0]
+        keys[m] = _lane_key(one, V, c, tables, cuts, room)
+
+
+@inlined
 def _lane_key(
     one: tuple[IntArray, IntArray], V: Array, c: int, tables: Tables, cuts: CutTables,
     room: tuple[Array, Array, Array, Array],
 ) -> float:  # fmt: skip
     """Return the bound for one lane, given by its placements and the rows of its hubs."""
     tail, head, order, kind = tables.tail, tables.head, tables.order, tables.kind
-    X_regr, again, (rows, hubs), (known, z, travel, costs) = (
-        tables.X_regr, not tables.one_pass, one, room
-    )  # fmt: skip
-    arcs, ends, memo, best = arcs_of(tables, True), ends_of(tables), NOTHING, np.inf
+    (rows, hubs), (known, z, travel, costs) = one, room
+    X_regr, again, memo, best = tables.X_regr, not tables.one_pass, NOTHING, np.inf
+    arcs, ends = arcs_of(tables, True), ends_of(tables)
     travel[:], costs[:] = np.inf, -1.0
     travel[c], k, at, falling = 0.0, len(order), c, False
     while True:
@@ -149,7 +158,7 @@ def _lane_key(
                 best = min(best, travel[at] + X_regr + onward)
         if k == 0:
             if not falling:
-                return float(best)
+                break
             k, falling = len(order), False
         k -= 1
         a, at = order[k], -1
@@ -161,6 +170,7 @@ def _lane_key(
             if here + cost < best and here + cost < travel[head[a]]:
                 at = head[a]
                 travel[at], falling = here + cost, again
+    return float(best)
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined, lean
-from gm_ompl.holds.rows import UNASKED, Tables, lower
+from gm_ompl.holds.rows import UNASKED, Tables, lower, lower_once
 from gm_ompl.mechanics.cuts import CutTables, state_bound
 
 Memo: TypeAlias = tuple[int, float, float, float]
@@ -132,21 +132,24 @@ def refresh(
         costs: output (K,), lower bounds on Eq. (9).
         d: output (V,), lower bounds on the cost to the goal without regrasping.
     """
-    _arcs_and_ends(rows, tables, cuts, known, z, costs, d)
-    lower(d, costs, tables)
+    _bound(rows, tables, cuts, known, z, costs, d)
+    if not tables.one_pass:
+        lower(d, costs, tables)
 
 
 @lean
-def _arcs_and_ends(
+def _bound(
     rows: IntArray, tables: Tables, cuts: CutTables, known: Array, z: Array, costs: Array,
     d: Array,
 ) -> None:  # fmt: skip
-    """Write a set's bounds along arcs, and where the motion may end."""
+    """Write a set's bounds along arcs, and to the goal where one pass is enough; else the ends."""
     arcs, ends, memo = arcs_of(tables, True), ends_of(tables), NOTHING
     for k in range(len(costs)):
         costs[k], memo = arc_cost(rows, k, known[k], arcs, cuts, z[k], memo)
     for c in range(len(d)):
         d[c] = 0.0 if ends_at(rows, c, ends) else np.inf
+    if tables.one_pass:
+        lower_once(d, costs, tables)
 
 
 @inlined
@@ -174,7 +177,9 @@ def refresh_many(
     """
     z = np.empty(tables.states.shape)
     for i in range(sets.shape[0]):
-        refresh(sets[i], tables, cuts, known[places[i]], z, costs[i], d[i])
+        _bound(sets[i], tables, cuts, known[places[i]], z, costs[i], d[i])
+        if not tables.one_pass:
+            lower(d[i], costs[i], tables)
 
 
 @compiled

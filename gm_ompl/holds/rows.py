@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, inlined
 
 UNASKED: Final = -1
 """Stands for a contact state that was not asked for yet: nothing bounds z there."""
@@ -65,6 +65,17 @@ class Tables(NamedTuple):
     X_regr: float
 
 
+@inlined
+def lower_once(d: Array, costs: Array, tables: Tables) -> None:
+    """Do what ``lower`` does where one pass over the arcs is enough."""
+    tail, head, order, kind = tables.tail, tables.head, tables.order, tables.kind
+    for k in range(len(order)):
+        a = order[k]
+        through = d[head[a]] + costs[kind[a]]
+        if through < d[tail[a]]:
+            d[tail[a]] = through
+
+
 @compiled
 def lower(d: Array, costs: Array, tables: Tables) -> None:
     """Lower d (V,) to the least cost to go, by arcs whose kinds cost this (K,).
@@ -72,15 +83,10 @@ def lower(d: Array, costs: Array, tables: Tables) -> None:
     On a row of nodes one pass over the arcs does it. Elsewhere a node whose value has fallen waits
     in a queue to be followed back (Bellman, Ford and Moore's algorithm).
     """
-    tail, head, kind = tables.tail, tables.head, tables.kind
     if tables.one_pass:
-        for k in range(len(tables.order)):
-            a = tables.order[k]
-            through = d[head[a]] + costs[kind[a]]
-            if through < d[tail[a]]:
-                d[tail[a]] = through
+        lower_once(d, costs, tables)
         return
-    V = len(d)
+    tail, kind, V = tables.tail, tables.kind, len(d)
     queue, waits = np.empty(V, dtype=np.int64), np.zeros(V, dtype=np.bool_)
     front, count = 0, 0
     for c in range(V):

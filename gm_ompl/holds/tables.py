@@ -29,8 +29,8 @@ held beside the lengths of an arc: measured."""
 ARCS_AT_ONCE: Final = 5_000_000
 """Arcs settled between two looks at the limits in force, about: some tenths of a second."""
 
-WORTH_A_THREAD: Final = 500
-"""Sets whose bounds take longer than it takes to start a thread."""
+WORTH_A_THREAD: Final = 20_000
+"""Sets whose bounds take much longer than it takes to load and to start threads."""
 
 
 class Frame(NamedTuple):
