@@ -13,8 +13,8 @@ from gm_ompl.arrays import Array
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plain.air import Air
 from gm_ompl.problem import Problem
-from gm_ompl.reference.air import Air
 
 
 def cluttered(rng: np.random.Generator, **fingers: Any) -> dict[str, Any]:

@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from tests.airborne import airborne
 from tests.free_scenes import (
     ACROSS,

@@ -15,8 +15,8 @@ from gm_ompl.motion.free import ContactSteps, FreeMotion, PoseGoal, angle_betwee
 from gm_ompl.motion.lattice import Goal, Lattice
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.motion.screw import Screw, Slide, Tumble
+from gm_ompl.plain.contact_lattice import PlainContactLattice
 from gm_ompl.problem import Problem
-from gm_ompl.reference.contact_lattice import PlainContactLattice
 from gm_ompl.scenario.scenario import Scenario
 
 Vector = Sequence[float]

@@ -21,13 +21,13 @@ from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.free import AXES, FreeMotion, angle_between
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.screw import Piece, Screw, Slide
+from gm_ompl.plain.contact_arcs import ContactArcs, PlainOffer, PlainStand
+from gm_ompl.plain.contact_lattice import PlainContactLattice
+from gm_ompl.plain.contact_lines import SAME, PlainLine, parallel
 from gm_ompl.planfile.arcs import arc_of, arc_record, pose_of, steps_of
 from gm_ompl.planfile.model import DisplacementStep, RegraspStep
 from gm_ompl.planfile.record import RotationArc, StraightArc
 from gm_ompl.planfile.words import arc_in_words
-from gm_ompl.reference.contact_arcs import ContactArcs, PlainOffer, PlainStand
-from gm_ompl.reference.contact_lattice import PlainContactLattice
-from gm_ompl.reference.contact_lines import SAME, PlainLine, parallel
 
 MATCH = 1e-7
 """How far the length of a slide, relative to D, may be off the lattice's."""

@@ -17,8 +17,8 @@ from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.arc import Arc, Moment
+from gm_ompl.plain.air_judge import AirJudge
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.reference.air_judge import AirJudge
 from gm_ompl.reference.bases import Margins
 from gm_ompl.reference.cases import Case, margins_in, stability_in
 from gm_ompl.reference.junction import equilibrium

@@ -9,9 +9,9 @@ from gm_ompl.checking.hold import named
 from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import Findings, listed
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plain.air import Air, Freedom
 from gm_ompl.planfile.model import RegraspStep
 from gm_ompl.problem import Placements
-from gm_ompl.reference.air import Air, Freedom
 
 
 def check_way(

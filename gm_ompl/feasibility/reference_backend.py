@@ -32,7 +32,7 @@ class ReferenceBackend:
         self.decisions = self.fallbacks = self.undecided = 0
         self.optimistic = False
         self._problem = problem
-        self._decide = decide or decision_for(problem)
+        self._decide = decide or decision_for(problem.mechanics.strong)
         self._diagonal = problem.body.diagonal
         self._kinds = finger_kinds(problem)
         self._numbers: dict[bytes, int] = {}

@@ -1,1 +1,1 @@
-"""The paper's programs and search stated plainly with HiGHS; a second pair of eyes."""
+"""The paper's programs stated plainly with HiGHS; a second pair of eyes on the kernel."""

@@ -10,7 +10,6 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command_steps
 from gm_ompl.contact.state import Instant
-from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import Modes, combinations, decide_modes, margin, passes
 from gm_ompl.reference.strong import strong_margin
 
@@ -61,6 +60,6 @@ def _commands(instant: Instant, modes: Modes) -> Iterator[tuple[float | None, ..
     yield from itertools.product(*offered)
 
 
-def decision_for(problem: Problem) -> Callable[..., ModeDecision]:
-    """Return what decides a problem's instants, by the margin that counts there."""
-    return decide_strongly if problem.mechanics.strong else decide_modes
+def decision_for(strong: bool) -> Callable[..., ModeDecision]:
+    """Return what decides instants, by z_strong or by z."""
+    return decide_strongly if strong else decide_modes

@@ -19,11 +19,11 @@ from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import CheckReport
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planfile.arcs import arc_of, pose_before
 from gm_ompl.planfile.assemble import assemble, pose_record
 from gm_ompl.planfile.model import Plan
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.scenario import Scenario
 from tests.check.tampering import Draft, put, total
 from tests.free_plans import solved

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from gm_ompl.checking import check
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planfile.assemble import assemble
 from gm_ompl.planfile.model import Plan
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.scenario import Scenario
 from tests.airborne import airborne
 

@@ -15,9 +15,9 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.feasibility.verdict import Finding, Verdict
+from gm_ompl.plain.judge import ReferenceJudge
 from gm_ompl.problem import Problem
 from gm_ompl.reference import proof
-from gm_ompl.reference.judge import ReferenceJudge
 from gm_ompl.scenario.load import load
 
 

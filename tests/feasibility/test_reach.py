@@ -13,7 +13,7 @@ from gm_ompl.feasibility.reach import Answer
 from gm_ompl.feasibility.ways import way_out, way_through_air
 from gm_ompl.geometry.air import Solid, edge_distances
 from gm_ompl.geometry.solids import hull
-from gm_ompl.reference.air import Air, Freedom, clear_of
+from gm_ompl.plain.air import Air, Freedom, clear_of
 from tests.cluttered import cluttered, judged, sampled_out, way_is_clear, wider
 
 

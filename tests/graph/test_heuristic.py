@@ -14,9 +14,9 @@ from gm_ompl.feasibility.reference_backend import ReferenceBackend
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.holds.goals import valid_goals
 from gm_ompl.holds.sets import LIFTED, PlacementSets
+from gm_ompl.plain.judge import Decide, ReferenceJudge
+from gm_ompl.plain.search import Graph, Node
 from gm_ompl.problem import Problem
-from gm_ompl.reference.judge import Decide, ReferenceJudge
-from gm_ompl.reference.search import Graph, Node
 from gm_ompl.scenario.load import load
 
 Arcs = dict[Node, list[tuple[Node, float]]]

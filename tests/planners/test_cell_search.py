@@ -13,13 +13,13 @@ import gm_ompl
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.feasibility.reach import Reach
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners import lane_parts
 from gm_ompl.planners.lane_parts import set_count
 from gm_ompl.planners.planner import Budget, Progress, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.planners.trace import Expansion, Vertex
 from gm_ompl.problem import Problem, Regrasp
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 
 Choose = Callable[[bool], None]

@@ -13,10 +13,10 @@ from gm_ompl.contact.decision import Outcome
 from gm_ompl.contact.environment import contacts_at
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.plain.search import SearchStatus, plain_search
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.planner import Budget, Status
 from gm_ompl.planners.registry import make_planner
-from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 from tests.mechanics.equilibrium_alone import balanced

@@ -9,10 +9,10 @@ import pytest
 
 import gm_ompl
 from gm_ompl.errors import ScenarioWarning
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners import lane_parts
 from gm_ompl.planners.planner import Planner, PlannerSpecs, SearchResult, Status
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 from tests.freed import free_path, free_plane, one_piece, small_plane

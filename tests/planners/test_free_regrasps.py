@@ -14,13 +14,13 @@ import pytest
 from gm_ompl import api
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.plain.judge import ReferenceJudge
+from gm_ompl.plain.search import Graph
 from gm_ompl.planners.hybrid_planners import refine
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.price import LEAST, priced
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Move, Problem, Regrasp
-from gm_ompl.reference.judge import ReferenceJudge
-from gm_ompl.reference.search import Graph
 from gm_ompl.scenario.load import load
 
 FREE = "cost.regrasp=0"

@@ -11,10 +11,10 @@ import pytest
 
 from gm_ompl.errors import InputError, UnknownPlannerError
 from gm_ompl.motion.lattice import Goal
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import PLANNERS, make_planner
 from gm_ompl.problem import Displacement, Problem, Regrasp
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 
 Solve = Callable[..., SearchResult]

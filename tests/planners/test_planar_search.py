@@ -16,10 +16,10 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.heuristic import TravelHeuristic
 from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
 from gm_ompl.holds.goals import valid_goals
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Displacement, Problem, Regrasp
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 
 TINY = [

@@ -13,8 +13,8 @@ import pytest
 
 from gm_ompl import api
 from gm_ompl.errors import PlanError
+from gm_ompl.plain.search import SearchStatus, plain_search
 from gm_ompl.planfile.model import Plan
-from gm_ompl.reference.search import SearchStatus, plain_search
 from gm_ompl.scenario.scenario import Scenario
 
 OPEN = """

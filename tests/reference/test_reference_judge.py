@@ -6,8 +6,8 @@ import pytest
 from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.motion.object_graph import way_along
+from gm_ompl.plain.judge import ReferenceJudge, Ruling
 from gm_ompl.problem import Problem
-from gm_ompl.reference.judge import ReferenceJudge, Ruling
 from gm_ompl.reference.modes import Modes, decide_modes
 
 MakeProblem = Callable[..., Problem]

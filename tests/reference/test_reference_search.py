@@ -19,10 +19,10 @@ from gm_ompl.motion.lattice import Lattice
 from gm_ompl.motion.object_graph import way_along
 from gm_ompl.motion.planar import Straight
 from gm_ompl.motion.screw import Screw, Slide
+from gm_ompl.plain.judge import ReferenceJudge, Ruling
+from gm_ompl.plain.search import SearchStatus, plain_search
 from gm_ompl.problem import Displacement, Move, Problem, Regrasp
-from gm_ompl.reference.judge import ReferenceJudge, Ruling
 from gm_ompl.reference.modes import Modes
-from gm_ompl.reference.search import SearchStatus, plain_search
 
 MakeProblem = Callable[..., Problem]
 

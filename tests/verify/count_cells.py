@@ -8,11 +8,11 @@ import numpy as np
 
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners import lane_parts
 from gm_ompl.planners.planner import Budget
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 from tests.verify.count_searches import AGREE, cost_of
 from tests.verify.counting import Result, count

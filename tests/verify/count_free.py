@@ -6,10 +6,10 @@ import itertools
 import math
 
 from gm_ompl.motion.object_graph import ObjectGraph
+from gm_ompl.plain.contact_lattice import object_graph
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners.planner import Status
 from gm_ompl.problem import Displacement
-from gm_ompl.reference.contact_lattice import object_graph
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 from tests.free_laws import CHANGES, Tree, square

@@ -6,7 +6,7 @@ import numpy as np
 
 import gm_ompl
 from gm_ompl.contact.decision import Outcome
-from gm_ompl.reference.judge import ReferenceJudge
+from gm_ompl.plain.judge import ReferenceJudge
 from gm_ompl.reference.modes import decide_modes
 from tests.verify.counting import Result, count
 

@@ -8,8 +8,8 @@ import gm_ompl
 from gm_ompl.checking.recheck import Recheck
 from gm_ompl.checking.report import Findings, Violation
 from gm_ompl.checking.ways import check_landing, check_way
+from gm_ompl.plain.air import Air
 from gm_ompl.planfile.model import Plan, RegraspStep
-from gm_ompl.reference.air import Air
 from gm_ompl.scenario.scenario import Scenario
 from tests.cluttered import cluttered, judged, sampled_out, shaft, wider
 from tests.feasibility.test_reach import moved_case, reach_case

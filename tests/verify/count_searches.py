@@ -8,10 +8,10 @@ import numpy as np
 
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.plain.search import plain_search
 from gm_ompl.planners.planner import Budget, SearchResult, Status
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.problem import Problem
-from gm_ompl.reference.search import plain_search
 from gm_ompl.scenario.load import load
 from tests.verify.counting import Result, count
 

@@ -10,8 +10,8 @@ from gm_ompl.contact.decision import ModeDecision, Outcome
 from gm_ompl.contact.state import Instant
 from gm_ompl.mechanics.instant import decide_instant
 from gm_ompl.mechanics.strongest import strongest
+from gm_ompl.plain.search import plain_search
 from gm_ompl.reference.modes import decide_modes
-from gm_ompl.reference.search import plain_search
 from gm_ompl.reference.strong import strong_margin
 from gm_ompl.reference.strongest import decide_strongly
 from gm_ompl.scenario.load import load

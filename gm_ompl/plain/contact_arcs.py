@@ -14,7 +14,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
-from gm_ompl.reference.contact_lines import (
+from gm_ompl.plain.contact_lines import (
     SAME,
     Group,
     PlainLine,
@@ -23,7 +23,7 @@ from gm_ompl.reference.contact_lines import (
     groups,
     parallel,
 )
-from gm_ompl.reference.early_ends import WHOLE, EarlyEnds
+from gm_ompl.plain.early_ends import WHOLE, EarlyEnds
 
 ON_GRID = 1e-6
 """How far a coordinate may be off the grid of translations, in steps."""

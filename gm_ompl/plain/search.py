@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plain.air import Freedom
+from gm_ompl.plain.air_judge import AirJudge
+from gm_ompl.plain.contact_lattice import object_graph
+from gm_ompl.plain.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.problem import Move, Placements, Problem
-from gm_ompl.reference.air import Freedom
-from gm_ompl.reference.air_judge import AirJudge
-from gm_ompl.reference.contact_lattice import object_graph
-from gm_ompl.reference.judge import Decide, ReferenceJudge, Ruling
 from gm_ompl.reference.strongest import decision_for
 
 Node: TypeAlias = tuple[int, Placements]
@@ -66,7 +66,8 @@ def plain_search(problem: Problem, decide: Decide | None = None) -> PlainResult:
         InputError: the start is not a lattice node.
         SolverError: a mode decision could not be made.
     """
-    graph = Graph(problem, ReferenceJudge(problem, decide or decision_for(problem)))
+    decide = decide or decision_for(problem.mechanics.strong)
+    graph = Graph(problem, ReferenceJudge(problem, decide))
     cost: dict[Node, float] = dict.fromkeys(graph.starts(), 0.0)
     parent: dict[Node, Node] = {}
     done: set[Node] = set()

@@ -16,9 +16,9 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import FreeMotion, angle_between
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, ObjectGraph, Way
+from gm_ompl.plain.contact_arcs import ContactArcs, PlainStand
+from gm_ompl.plain.contact_lines import SAME, PlainLine
 from gm_ompl.problem import Problem
-from gm_ompl.reference.contact_arcs import ContactArcs, PlainStand
-from gm_ompl.reference.contact_lines import SAME, PlainLine
 
 CELL = 1e-3
 """Size of the cells in which equal poses are looked for, relative to D."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.plain.air import Air, Freedom
 from gm_ompl.problem import Placements, Problem
-from gm_ompl.reference.air import Air, Freedom
 
 
 class AirJudge:
