@@ -2,11 +2,13 @@
 
 The calls compute next to nothing: they are there for the types of their arguments. What few
 scenarios ask for is compiled when they do: cells of placements, commands where z_min is 0, several
-cases, z_strong, the contact lattice. Run as a program it compiles ``edges``.
+cases, z_strong, the contact lattice. Run as a program it compiles ``edges``, says so by a line, and
+then what lanes, hubs and routes need.
 """
 
 from __future__ import annotations
 
+import sys
 from typing import Final
 
 import numpy as np
@@ -52,15 +54,22 @@ F_MAX: Final = np.ones(1)
 PROGRAM: Final = Program(ENV, LOAD, TIPS, F_MAX, DIRECTIONS)
 
 
-def decision() -> None:
-    """Compile the mode decision, its simplex first; what else is to be done here between them."""
+def passes() -> None:
+    """Compile the simplex and what runs it, and what seeks commands."""
     one = _tableau()
     target, care = simplex.Target(np.inf, 0.0, tableau.NEVER), simplex.Care(1e-9, 1e-10, False)
     simplex.search_directions(one, 1.0, target, care)
     Alternatives(1.0, PROGRAM).at((ControlMode.FORCE,), np.zeros(1))
-    hubs_and_routes()
-    lanes()
-    sweeps()
+    f, force, ones = np.zeros(1), np.ones(1, dtype=np.bool_), np.ones(1)
+    none = np.zeros(1, dtype=np.int64)
+    joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
+    master.best_command(
+        ones, f, np.zeros((1, 1)), ones, f, np.zeros(2, dtype=np.int64), np.zeros(2)
+    )
+
+
+def decision() -> None:
+    """Compile the mode decision; all that it calls had better be there."""
     modes.decide(touching(PROGRAM), 0.0, -1, -1, certificate.NO_RECORD, np.zeros(1), np.zeros(6))
 
 
@@ -83,11 +92,10 @@ def edges() -> None:
     sides.move_tau(np.zeros(len(raw)), DIRECTIONS, T, d, basis, *raw.shape)
     sides.refactor(raw, cost, DIRECTIONS, T, d, basis)
     sides.dual_error(raw, cost, 1.0, f)
-    none, masks = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    masks = np.zeros(1, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
     separation = certificate.separates_environment(ENV)
     equilibrium.balance(PROGRAM, separation, force, f, np.zeros(6), one)
-    joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
     _proofs(raw, cost, basis)
     certificate.proven(0.0, 1.0)
     sets = kelley.mode_sets(masks, 1)
@@ -97,7 +105,6 @@ def edges() -> None:
     kelley.cuts_off(0, 1, cuts)
     trials.take_up(0, F_MAX, sets, cuts, force, f)
     kelley.heed(PROGRAM, force, one, 0, cuts)
-    master.best_command(one, f, np.zeros((1, 1)), one, f, np.zeros(2, dtype=np.int64), np.zeros(2))
     tau.new_work(1, 1, 1, 3)
 
 
@@ -208,3 +215,7 @@ def sweeps() -> None:
 
 if __name__ == "__main__":
     edges()
+    sys.stdout.write("\n")
+    sys.stdout.flush()
+    lanes()
+    hubs_and_routes()

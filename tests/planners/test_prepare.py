@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
@@ -11,16 +12,17 @@ from typing import Any
 import pytest
 
 from gm_ompl import compilation
-from gm_ompl.planners import prepare
+from gm_ompl.planners import kernels, prepare
 from gm_ompl.scenario.load import load
 
 WHAT_IS_MISSING = """
 import json
 import os
 from gm_ompl import api
-from gm_ompl.planners import prepare
+from gm_ompl.planners import kernels
 from gm_ompl import compiled
-prepare.edges(), prepare.decision(), prepare.cells()
+kernels.edges(), kernels.passes(), kernels.decision(), kernels.cells(), kernels.sweeps()
+kernels.lanes(), kernels.hubs_and_routes()
 before = compiled.compiled_versions()
 for name, planner in (("slide", "astar"), ("regrasp", "astar"), ("regrasp", "HybridRRTConnect")):
     api.plan(f"paper/{name}", planner, max_iterations=300, time_limit=10.0)
@@ -48,9 +50,10 @@ class Other:
     """Stands for the other process."""
 
     started = 0
+    stdout = io.BytesIO()
 
     def __init__(self, command: list[str], **_: Any) -> None:
-        assert command[-1] == prepare.__name__
+        assert command[-1] == kernels.__name__
         Other.started += 1
 
     def __enter__(self) -> Other:
@@ -74,7 +77,8 @@ def test_another_process_helps_only_where_nothing_is_compiled(
     monkeypatch.setattr(compilation, "CACHE", tmp_path)
     monkeypatch.setattr(compilation, "is_compiled", lambda: not cold)
     monkeypatch.setattr(prepare, "cores", lambda: 2)
-    monkeypatch.setattr(prepare, "decision", lambda: None)
+    for part in ("passes", "decision", "sweeps"):
+        monkeypatch.setattr(kernels, part, lambda: None)
     monkeypatch.setattr(subprocess, "Popen", Other)
     Other.started, problem = 0, load("paper/slide").problem
     prepare.prepare(problem)
