@@ -80,7 +80,7 @@ def _section(name: str, images: Path, plan: Path, trace: Path) -> Iterator[str]:
     yield "    gm-ompl plot plan.json --show snapshots -o snapshots.svg"
     yield "    gm-ompl plot plan.json -o forces.svg\n"
     yield f"![{name}: start, regrasps and goal](images/{stem}.svg)\n"
-    lines = [line.strip() for line in summary(found)]
+    lines = [line.strip() for line in summary(found, scenario.problem)]
     told = [line for line in lines if not line.startswith(("search", name))]
     yield "".join(f"* {line}\n" for line in told)
     yield f"![{name}: forces, modes, z and travel](images/{stem}-forces.svg)\n"

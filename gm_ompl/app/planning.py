@@ -17,11 +17,12 @@ from gm_ompl.app.showing import check_viewer, write_html
 from gm_ompl.app.verbs import PlanVerb
 from gm_ompl.asking import budget
 from gm_ompl.errors import InputError, ScenarioError
-from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import DisplacementStep, Plan, RegraspStep, Step
+from gm_ompl.planfile.points import with_points
 from gm_ompl.planfile.words import chain
 from gm_ompl.planners.planner import Progress, Status
 from gm_ompl.planners.registry import is_exact
+from gm_ompl.problem import Problem
 from gm_ompl.reading import Kind, read_text
 from gm_ompl.scenario.scenario import Scenario
 from gm_ompl.writing import is_stdout
@@ -97,7 +98,7 @@ def plan_command(request: PlanVerb) -> Exit:
     if request.as_json and not to_stdout:
         say_json(plan.to_dict())
     elif not request.as_json:
-        for line in summary(plan):
+        for line in summary(plan, scenario.problem):
             (note if to_stdout else say)(line)
         if output is not None:
             note(f"written to {request.output}")
@@ -153,8 +154,8 @@ PARAMETERS = Kind(
 )
 
 
-def summary(plan: Plan) -> Iterator[str]:
-    """Yield the plan as a few lines for people."""
+def summary(plan: Plan, problem: Problem) -> Iterator[str]:
+    """Yield the plan of a problem as a few lines for people."""
     name = plan.scenario.get("name", "scenario")
     # Restarts may miss a configuration of the hand: claims are of those that were found.
     over = ", over what inverse kinematics reached" if plan.scenario.get("hand") else ""
@@ -183,7 +184,7 @@ def summary(plan: Plan) -> Iterator[str]:
     )
     if pockets := (spent.model_extra or {}).get("pockets"):
         yield f"  refused      {pockets:,} first touches and regrasps: a fingertip is in a pocket"
-    yield from _chain(plan)
+    yield from _chain(plan, problem)
     for _, group in groupby(plan.steps, key=_stage):
         yield from _describe(list(group))
 
@@ -197,10 +198,10 @@ def _within(plan: Plan) -> str:
     return f"within {gap:.2g}% of the least over all placements ({100.0 * said['gap']:g}% asked)"
 
 
-def _chain(plan: Plan) -> Iterator[str]:
+def _chain(plan: Plan, problem: Problem) -> Iterator[str]:
     """Yield what the object does, arc by arc; in the plane, where all changes at once, nothing."""
     if plan.has_plan:
-        for link in chain(plan, problem_of(plan)):
+        for link in chain(plan, with_points(problem, plan)):
             first, last = (number + 1 for number in link.steps)
             steps = f"step {first}" if first == last else f"steps {first}-{last}"
             yield f"  {steps:12s} {link.words}"

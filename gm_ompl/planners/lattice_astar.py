@@ -5,26 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import ClassVar, TypeAlias, final
+from typing import ClassVar, final
 
 import numpy as np
 
-from gm_ompl import limits
 from gm_ompl.errors import InputError, LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.feasibility_graph import FeasibilityGraph
-from gm_ompl.graph.heuristic import Heuristic, NoHeuristic, TravelHeuristic
-from gm_ompl.graph.planar_heuristic import PlanarHeuristic, suits
-from gm_ompl.holds.extraction import moves_of
-from gm_ompl.holds.goals import valid_goals
-from gm_ompl.holds.sets import LIFTED
 from gm_ompl.holds.tables import claim_tables
-from gm_ompl.holds.watch import Stop
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.planners.astar import BestFirstSearch, Told
 from gm_ompl.planners.lane_parts import Part, part_search
-from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
+from gm_ompl.planners.outcome import PROVEN, Log, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
     Budget,
@@ -35,7 +26,6 @@ from gm_ompl.planners.planner import (
     Status,
     silent,
 )
-from gm_ompl.planners.trace import Expansion, Trace, tracer
 from gm_ompl.problem import Problem
 
 
@@ -69,56 +59,6 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
 
 
-MakeHeuristic: TypeAlias = Callable[[Judge, tuple[int, ...], Stop], Heuristic]
-"""From judge, the goal's valid nodes (at least one) and what may break it off."""
-
-
-def solve_on_lattice(
-    problem: Problem, judge: Judge, budget: Budget, report: Report, heuristic: MakeHeuristic
-) -> SearchResult:
-    """Search the manipulation-feasibility graph of ``problem`` for a plan of least cost.
-
-    Raises:
-        InputError: the start or the goal is off the lattice.
-    """
-    log = Log(budget.start(), judge, report)
-    objects = problem.object_graph
-    try:
-        valid = valid_goals(judge, log.meter.spent)
-        if valid == ():
-            # No set of placements fits the goal: nothing to search.
-            return without_search(Status.INFEASIBLE, math.inf, log.meter)
-        bound = heuristic(judge, valid, log.meter.spent) if valid else NoHeuristic(problem)
-        graph = FeasibilityGraph(judge, bound)
-    except KeyboardInterrupt:
-        return without_search(Status.INTERRUPTED, 0.0, log.meter)
-    except LimitError as stopped:
-        return without_search(Status.BUDGET, 0.0, log.meter, str(stopped))
-
-    told = _told(problem, graph, tracer(report))
-    search = BestFirstSearch(graph, log, told)
-    status = search.run()
-    with limits.lifted():
-        nodes, legs = graph.legs(search.path())
-        moves = moves_of(judge, objects.way(nodes), legs) if legs else ()
-    statistics = log.statistics(search.expanded, search.generated, placement_sets=len(graph.sets))
-    return result_of(status, search.cost, search.bound, moves, statistics)
-
-
-def _told(problem: Problem, graph: FeasibilityGraph, trace: Trace | None) -> Told | None:
-    """Return what turns the search's node numbers into expansions for ``trace``."""
-    if trace is None:
-        return None
-
-    def tell(node: int, cost: float, bound: float, again: bool) -> None:
-        config, placements = graph.parts(node)
-        q = problem.object_graph.coordinates(config)
-        why = "hub" if LIFTED in placements else "set of placements"
-        trace(Expansion(q, placements, cost, bound, f"{why}, again" if again else why))
-
-    return tell
-
-
 class LatticePlanner(Planner):
     """A best-first search by the heuristic that its settings name; without one by none."""
 
@@ -144,12 +84,11 @@ class LatticePlanner(Planner):
             return solve_anywhere(problem, judge, budget.start(), report)
         if heuristic == "lanes" and has_lanes(problem, judge):
             return bounded(judge, lambda: solve_on_lanes(problem, judge, budget, report))
-        make: MakeHeuristic = lambda judge, goals, _: TravelHeuristic(judge, goals)  # noqa: E731
-        if heuristic == "none":
-            make = lambda judge, *_: NoHeuristic(judge.problem)  # noqa: E731
-        elif heuristic == "lanes" and suits(problem):
-            make = PlanarHeuristic
-        return bounded(judge, lambda: solve_on_lattice(problem, judge, budget, report, make))
+        from gm_ompl.planners.lattice_search import solve_on_lattice
+
+        return bounded(
+            judge, lambda: solve_on_lattice(problem, judge, budget, report, str(heuristic))
+        )
 
 
 @final

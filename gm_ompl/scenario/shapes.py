@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from gm_ompl.geometry.decomposition import solid
 from gm_ompl.geometry.solids import Body, ConvexPiece, box, hull
 from gm_ompl.geometry.triangles import checked
-from gm_ompl.geometry.usage import check_apart
 from gm_ompl.scenario.document import Document, Path
 from gm_ompl.scenario.fields import BoxModel, MeshModel, ObstacleModel, PartModel, Shape
-from gm_ompl.scenario.mesh_use import AnyShape, resolved_shape
 from gm_ompl.scenario.messages import Notes
 from gm_ompl.scenario.model import ScenarioModel
+
+if TYPE_CHECKING:
+    from gm_ompl.scenario.mesh_use import AnyShape
 
 
 def body_of(shape: Shape | ObstacleModel) -> Body:
@@ -29,10 +31,14 @@ def body_of(shape: Shape | ObstacleModel) -> Body:
     if shape.hull is not None:
         return Body((hull(np.array(shape.hull)),))
     if isinstance(shape.mesh, MeshModel):
+        from gm_ompl.geometry.decomposition import solid  # most shapes are boxes
+
         return solid(checked(shape.mesh.vertices, shape.mesh.faces))
     assert shape.pieces is not None
     pieces = tuple(_piece(part) for part in shape.pieces)
     if shape.deviation is None:
+        from gm_ompl.geometry.usage import check_apart
+
         check_apart(pieces, "pieces")
     return Body(pieces)
 
@@ -68,6 +74,8 @@ def _read(shape: AnyShape, path: Path, notes: Notes) -> AnyShape:
     if shape.deviation is not None or not (shape.mesh or shape.hull):
         return shape
     key = "mesh" if shape.mesh else "hull"
+    from gm_ompl.scenario.mesh_use import resolved_shape
+
     made = notes.attempt((*path, key), lambda: resolved_shape(shape, notes.document.folder))
     return made or shape
 

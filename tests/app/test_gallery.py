@@ -20,6 +20,7 @@ def test_the_gallery_shows_what_plan_prints(name: str) -> None:
     A search that meets equals in another order names other placements: then `make gallery`.
     """
     (section,) = re.findall(rf"^## {name}\n(.*?)(?=^## |\Z)", PAGE.read_text(), re.M | re.S)
-    printed = [line.strip() for line in summary(api.plan(name))]
+    scenario = api.load(name)
+    printed = [line.strip() for line in summary(api.plan(scenario), scenario.problem)]
     shown = [line for line in printed if not line.startswith(("search", name))]
     assert re.findall(r"^\* (.*)$", section, re.M) == shown
