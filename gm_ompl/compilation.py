@@ -13,6 +13,7 @@ import hashlib
 import logging
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -142,6 +143,10 @@ def _making() -> Iterator[None]:
         clock.stand_still(time.monotonic() - started)
 
 
+_LOCK: Final = threading.RLock()
+"""Held while numba is loaded, or makes a function: threads may call the same one first."""
+
+
 @final
 class Kernel:
     """A function that numba makes when it is first called, or when a caller is compiled.
@@ -162,11 +167,20 @@ class Kernel:
         return self.made(*arguments)
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
         return getattr(self.made, name)
 
     @cached_property
     def made(self) -> Any:
         """What numba makes of the function."""
+        with _LOCK:
+            known = vars(self).get("made")
+            if known is None:
+                known = vars(self)["made"] = self._make()
+        return known
+
+    def _make(self) -> Any:
         numba = _numba()
         jitted = numba.njit(nogil=True, **_ARITHMETIC, **self._options)(self.py_func)
         if not numba.config.DISABLE_JIT:

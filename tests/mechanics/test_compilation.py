@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gm_ompl import clock, compilation
@@ -82,3 +83,35 @@ def test_budgets_do_not_pay_for_compiling() -> None:
     assert twice(3) == 6
     wall, counted = time.monotonic() - wall, clock.now() - counted
     assert 0.0 <= counted < 0.5 * wall
+
+
+def _total(values: Any) -> float:
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
+def _row(table: Any) -> Any:
+    return table[0]
+
+
+def _room(size: int) -> float:
+    return float(np.zeros(size).sum())
+
+
+def test_lean_functions_make_and_return_no_arrays() -> None:
+    """Uses of arrays are not counted there: one that is made, or comes out, could be gone."""
+    assert compilation.lean(_total)(np.array([1.0, 2.0])) == 3.0
+    for wrong, given in ((_row, np.ones((2, 2))), (_room, 3)):
+        with pytest.raises(Exception, match=r"returning of array|cannot allocate|nopython"):
+            compilation.lean(wrong)(given)
+
+
+def test_a_function_is_made_when_it_is_called() -> None:
+    """What is loaded and not called costs nothing."""
+    double: Any = compilation.compiled(_double)
+    assert "made" not in vars(double)
+    assert double.overloads == {}
+    assert double(3) == 6
+    assert len(double.overloads) == 1
