@@ -204,7 +204,7 @@ def test_a_pocket_in_a_hole_is_refused_by_that_word() -> None:
     found = gm_ompl.plan(closed)
     assert (found.status, found.lower_bound) == ("infeasible", None)
     assert found.statistics.model_extra is not None and found.statistics.model_extra["pockets"] > 0
-    assert "pocket" in "\n".join(summary(found))
+    assert "pocket" in "\n".join(summary(found, closed.problem))
     told = gm_ompl.explain(
         closed, placements=[("+x", (0, 0)), ("-x", (0, 0)), ("+y", (0, 0))], time_limit=0
     )

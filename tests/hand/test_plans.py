@@ -28,6 +28,7 @@ from gm_ompl.hand.paths import JointRefusal
 from gm_ompl.hand.reach import HandReach
 from gm_ompl.hand.shipped import shipped_hand
 from gm_ompl.hand.spec import HandSpec
+from gm_ompl.planfile.fit import problem_of
 from gm_ompl.planfile.model import Plan
 from gm_ompl.planners.joint_paths import JointPlanner
 from gm_ompl.planners.joint_regrasp import ArmRegrasps
@@ -56,9 +57,11 @@ def test_claims_are_of_what_was_reached(pushed: Plan) -> None:
     """Optimal and infeasible are said over what inverse kinematics reached."""
     proven = pushed.model_copy(update={"optimal": True})
     none = pushed.model_copy(update={"status": "infeasible", "cost": None, "steps": ()})
+    problem = problem_of(pushed)
     for plan in (proven, none):
-        assert "over what inverse kinematics reached" in next(summary(plan))
-    assert "kinematics" not in next(summary(pushed.model_copy(update={"optimal": False})))
+        assert "over what inverse kinematics reached" in next(summary(plan, problem))
+    unproven = pushed.model_copy(update={"optimal": False})
+    assert "kinematics" not in next(summary(unproven, problem))
 
 
 def turned(hand: dict[str, Any]) -> None:

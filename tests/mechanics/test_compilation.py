@@ -103,7 +103,8 @@ def _room(size: int) -> float:
 def test_lean_functions_make_and_return_no_arrays() -> None:
     """Uses of arrays are not counted there: one that is made, or comes out, could be gone."""
     assert compilation.lean(_total)(np.array([1.0, 2.0])) == 3.0
-    for wrong, given in ((_row, np.ones((2, 2))), (_room, 3)):
+    cases: list[tuple[Any, Any]] = [(_row, np.ones((2, 2))), (_room, 3)]
+    for wrong, given in cases:
         with pytest.raises(Exception, match=r"returning of array|cannot allocate|nopython"):
             compilation.lean(wrong)(given)
 
