@@ -22,7 +22,7 @@ from gm_ompl.graph.cell_products import Product
 from gm_ompl.holds.face_cells import FaceCells
 from gm_ompl.holds.spots import NamedPoints, Spot, Spots, rows_of
 from gm_ompl.planners.cell_search import CellSearch
-from gm_ompl.planners.lane_parts import Part, part_search
+from gm_ompl.planners.lane_parts import PartTask, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, without_search
 from gm_ompl.planners.planner import Meter, Report, SearchResult, Status, silent
 from gm_ompl.planners.trace import tracer
@@ -187,7 +187,7 @@ class PointPlans:
     def _take(self, problem: Problem, judge: Judge, most: int) -> bool:
         """Search over a problem's placements; whether its plan is better than the best."""
         meter = self._log.meter.within(most)
-        result = part_search(Part(problem, judge, Log(meter, judge), silent)).run()
+        result = part_search(PartTask(problem, judge, Log(meter, judge), silent)).run()
         self.decisions += int(result.statistics["mode_decisions"])
         if result.status is Status.INTERRUPTED:
             raise KeyboardInterrupt

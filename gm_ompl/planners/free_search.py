@@ -18,7 +18,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.closure import Closure
 from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.kept_search import KeptSearch
-from gm_ompl.planners.lane_parts import Part, PartSearch, cheaper, part_search
+from gm_ompl.planners.lane_parts import PartSearch, PartTask, cheaper, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.problem import Problem
@@ -118,7 +118,7 @@ class FreeSearch:
     def _search(self, closure: Closure, pause: Stop) -> bool:
         """Search a part over lanes, or go on with that; whether that is all."""
         ask = self._problem, self._judge, self._log, self._report
-        part = self._part or part_search(Part(*ask, closure, self._result.cost))
+        part = self._part or part_search(PartTask(*ask, closure, self._result.cost))
         found, self._part = part.run(pause), part
         self._counts[1] = found.statistics["expanded"], found.statistics["generated"]
         before = self._result.lower_bound

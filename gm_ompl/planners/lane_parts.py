@@ -44,7 +44,7 @@ class PartSearch(Protocol):
         """Search for the cheapest plan, or go on with that, until ``pause`` says so."""
 
 
-class Part(NamedTuple):
+class PartTask(NamedTuple):
     """What is searched, and how.
 
     Attributes:
@@ -82,7 +82,7 @@ class Part(NamedTuple):
         return self.closure.leaving(math.inf if self.most is None else self.most * (1.0 + PROVEN))
 
 
-def part_search(part: Part) -> PartSearch:
+def part_search(part: PartTask) -> PartSearch:
     """Return the search of a part of the object graph that suits the number of sets."""
     return part_class(part.problem)(part)
 
@@ -108,7 +108,7 @@ class LanePart:
         exhausted: whether it ended by itself, or can prove no more of this part.
     """
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: PartTask) -> None:
         problem, judge, log = part.problem, part.judge, part.log
         self._judge, self._log, self._beyond = judge, log, part.beyond
         stop, leaving = log.meter.spent, part.leaving()
@@ -134,7 +134,7 @@ class CellPart:
         exhausted: whether it ended by itself, or can prove no more of this part.
     """
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: PartTask) -> None:
         from gm_ompl.graph.cell_graph import CellGraph  # few searches are over cells
         from gm_ompl.planners.cell_search import CellSearch
 

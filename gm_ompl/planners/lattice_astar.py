@@ -14,7 +14,7 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.tables import claim_tables
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.planners.lane_parts import Part, part_search
+from gm_ompl.planners.lane_parts import PartTask, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, without_search
 from gm_ompl.planners.parameters import Parameter
 from gm_ompl.planners.planner import (
@@ -52,7 +52,7 @@ def solve_on_lanes(problem: Problem, judge: Judge, budget: Budget, report: Repor
         return FreeSearch(problem, judge, log, report).run()
     try:
         claim_tables(problem, problem.lattice.size, "a lattice")
-        return part_search(Part(problem, judge, log, report)).run()
+        return part_search(PartTask(problem, judge, log, report)).run()
     except KeyboardInterrupt:
         return without_search(Status.INTERRUPTED, 0.0, log.meter)
     except LimitError as stopped:
