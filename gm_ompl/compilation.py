@@ -89,12 +89,13 @@ def _numba() -> Any:
         numba.config.CACHE_DIR = str(CACHE)
     from numba.np import linalg
 
-    asks = linalg.ensure_blas
-    linalg.ensure_blas = lambda: None
-    try:
-        import numba.np.arraymath
-    finally:
-        linalg.ensure_blas = asks
+    asks = getattr(linalg, "ensure_blas", None)
+    if asks is not None:  # another numba may not ask at all
+        linalg.ensure_blas = lambda: None
+        try:
+            import numba.np.arraymath
+        finally:
+            linalg.ensure_blas = asks
     return numba
 
 
