@@ -183,7 +183,7 @@ class Kernel:
 
     def _make(self) -> Any:
         numba = _numba()
-        jitted = numba.njit(nogil=True, **_ARITHMETIC, **self._options)(self.py_func)
+        jitted = numba.njit(nogil=True, **{**_ARITHMETIC, **self._options})(self.py_func)
         if not numba.config.DISABLE_JIT:
             general = jitted.compile
 
@@ -205,6 +205,13 @@ class Kernel:
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` on first call; the machine code is kept for later runs."""
     typed: Any = Kernel(function, cache=CACHE is not None, no_cfunc_wrapper=True)
+    return typed
+
+
+def compiled_as_written(function: _Function) -> _Function:
+    """Compile ``function`` likewise, each sum and product rounded by itself, as Python does it."""
+    options = {"cache": CACHE is not None, "no_cfunc_wrapper": True, "fastmath": False}
+    typed: Any = Kernel(function, **options)
     return typed
 
 

@@ -8,6 +8,7 @@ from typing import Protocol
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.contact.state import ContactState
 from gm_ompl.errors import InputError, did_you_mean
+from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Placements, Problem
 
 
@@ -28,6 +29,12 @@ class Backend(Protocol):
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""
+
+    def environments(self, arc: Arc, parts: int) -> list[int] | None:
+        """Register the contact states in the middles of an arc's segments.
+
+        None where the back end finds none by itself: then ``environment`` is to be told each.
+        """
 
     def decide(
         self,

@@ -31,6 +31,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
+from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
 if TYPE_CHECKING:
@@ -242,6 +243,12 @@ class Judge:
         """
         limits.check()
         return self._environments.of(moment.key, lambda: self._contact_state(moment))
+
+    def environments(self, step: GraphArc) -> tuple[int, ...]:
+        """Return the back end's numbers for the contact states in the middles of an arc."""
+        limits.check()
+        found = self.backend.environments(step.arc, step.parts)
+        return tuple(map(self.environment, step.middles()) if found is None else found)
 
     def _contact_state(self, moment: Moment) -> int:
         pose_class = self._pose_classes.of_contacts(moment.pose)

@@ -12,7 +12,8 @@ from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.deciders import deciders
-from gm_ompl.feasibility.keys import contact_key, finger_kinds, spots
+from gm_ompl.feasibility.keys import finger_kinds, spots
+from gm_ompl.feasibility.known_states import KnownStates
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.batch import Decisions, States, decide_rows, unanswered
@@ -21,6 +22,7 @@ from gm_ompl.mechanics.certificate import NO_RECORD
 from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.mechanics.program import Program, Touch
+from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Placements, Problem
 
 if TYPE_CHECKING:
@@ -63,10 +65,8 @@ class KernelBackend:
             if self._cases is None
             else self._cases.tips.tables[0]
         )
-        self._numbers: dict[bytes, int] = {}
-        self._contacts: list[ContactState] = []
-        self._env: list[Array] = []
-        self._load: list[Array] = []
+        self._states = KnownStates(problem, self._U, self._weight)
+        self._told = None if self._cases is None else self._cases.register
         self._hands: dict[tuple[int, ...], tuple[Placements, IntArray]] = {}
         self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
         self.pool = CutPool(self._tips, self._f_max, DIRECTIONS)
@@ -78,8 +78,7 @@ class KernelBackend:
         Contact states have the same numbers in both.
         """
         other = KernelBackend(problem)
-        other._numbers, other._contacts = self._numbers, self._contacts
-        other._env, other._load = self._env, self._load
+        other._states = self._states
         return other
 
     @property
@@ -89,23 +88,18 @@ class KernelBackend:
 
     def environment(self, contacts: ContactState) -> int:
         """Register a contact state; equal states get the same number."""
-        key = contact_key(contacts, self._problem.body.diagonal)
-        number = self._numbers.setdefault(key, len(self._env))
-        if number == len(self._env):
-            settings = self._problem.mechanics
-            mu = self._problem.environment.friction
-            self._contacts.append(contacts)
-            self._env.append(
-                columns.environment_columns(contacts, mu, settings.cone_edges, self._U)
-            )
-            self._load.append(columns.load(contacts.rotation, self._weight, self._U))
-            if self._cases is not None:
-                self._cases.register(contacts)
-        return number
+        return self._states.number(contacts, self._told)
+
+    def environments(self, arc: Arc, parts: int) -> list[int] | None:
+        """Register the contact states in the middles of a screw's segments, found by compiled code.
+
+        None for other arcs, and where patches count with points inside or are of several pieces.
+        """
+        return self._states.along(arc, parts, self._told)
 
     def contacts(self, environment: int) -> ContactState:
         """Return the contact state of a number, as it was first registered."""
-        return self._contacts[environment]
+        return self._states.contacts[environment]
 
     def decide(
         self,
@@ -132,11 +126,10 @@ class KernelBackend:
         self, environment: int, hand: IntArray, placements: Placements, below: float
     ) -> ModeDecision | None:
         self.decisions += 1
-        load, f_com, y = self._load[environment], np.zeros(len(hand)), np.zeros(6)
+        (env, load), f_com, y = self._states.at(environment), np.zeros(len(hand)), np.zeros(6)
         rows = np.array(placements, dtype=np.int64)
         if self._cases is None:
-            env, f_max = self._env[environment], self._f_max
-            touch = Touch(env, load, self._tips, f_max, DIRECTIONS, hand, rows)
+            touch = Touch(env, load, self._tips, self._f_max, DIRECTIONS, hand, rows)
             answer = modes.decide(touch, below / self.scale, -1, -1, NO_RECORD, f_com, y)
         else:
             answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
@@ -147,8 +140,8 @@ class KernelBackend:
 
     def _program(self, environment: int, hand: IntArray, rows: IntArray) -> Program:
         """Return what acts on a hand (k,) at its placements (k,)."""
-        env, q, tips = self._env[environment], self._load[environment], self._tips[hand, rows]
-        return Program(env, q, tips, self._f_max[hand], DIRECTIONS)
+        tips, f_max = self._tips[hand, rows], self._f_max[hand]
+        return Program(*self._states.at(environment), tips, f_max, DIRECTIONS)
 
     def _decision(
         self, environment: int, hand: IntArray, rows: Placements, answer: Answer, f_com: Array
@@ -167,7 +160,7 @@ class KernelBackend:
         from gm_ompl.reference.proof import proven_decision
 
         self.fallbacks += 1
-        contacts = self._contacts[environment]
+        contacts = self.contacts(environment)
         decision = proven_decision(self._problem.instant(contacts, fingers, placements))
         if decision is not None:
             return decision
@@ -204,9 +197,8 @@ class KernelBackend:
             return [
                 self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)
             ]
-        first = np.cumsum([0, *(len(env) for env in self._env)])
-        env, loads = np.concatenate(self._env), np.stack(self._load)
-        states = States(env, first, loads, self._tips, self._f_max, DIRECTIONS)
+        columns = self._states.columns()
+        states = States(*columns, self._tips, self._f_max, DIRECTIONS)
         answers = unanswered(K, rows.shape[1])
 
         def work(part: slice) -> None:
@@ -214,7 +206,7 @@ class KernelBackend:
 
         share_out(work, K)
         return [
-            self._answer(int(which[k]), rows[k], answers, k, loads[which[k]], below)
+            self._answer(int(which[k]), rows[k], answers, k, columns.loads[which[k]], below)
             for k in range(K)
         ]
 
@@ -240,8 +232,7 @@ class KernelBackend:
         """Return the decision by z_strong where that counts; z bounds it from above."""
         if self._strong is None or decision.outcome is not Outcome.STABLE:
             return decision
-        columns = self._env[environment], self._load[environment], self._tips
-        contacts = self._contacts[environment]
+        columns, contacts = (*self._states.at(environment), self._tips), self.contacts(environment)
         found = self._strong.decide(decision.z, contacts, columns, hand, rows, below)
         if found is None:
             self.undecided += 1
@@ -283,7 +274,7 @@ class KernelBackend:
 
         That is the environment's columns (e, 6), the load (6,), all fingers' (n, P, s, 6).
         """
-        return self._env[environment], self._load[environment], self._tips, self._f_max
+        return *self._states.at(environment), self._tips, self._f_max
 
     def decided(self) -> list[Key]:
         """Return what was decided: per decision the contact state, fingers and placements.

@@ -10,6 +10,7 @@ from gm_ompl.contact.decision import ModeDecision, undecided
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.keys import contact_key, finger_kinds
+from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.reference.proof import proven_decision
 from gm_ompl.reference.strongest import decision_for
@@ -46,6 +47,9 @@ class ReferenceBackend:
         if number == len(self._contacts):
             self._contacts.append(contacts)
         return number
+
+    def environments(self, arc: Arc, parts: int) -> None:
+        """Leave contact states to the judge."""
 
     def decide(
         self,

@@ -109,7 +109,7 @@ class ObjectArcs:
                 lengths[radius] = np.ascontiguousarray(step.lengths(judge.centres(i)))
                 free[radius] = (places.free[i] & node.free[i]).tolist()
         travel = {radius: table.sum(axis=1).tolist() for radius, table in lengths.items()}
-        environments = tuple(judge.environment(moment) for moment in step.middles())
+        environments = judge.environments(step)
         return ObjectArc(
             environments=environments,
             states=tuple(dict.fromkeys(environments)),

@@ -235,8 +235,7 @@ class KeptGraph:
         for kind in tests:
             self._test(kind)
         for kind in states:
-            limits.check()
-            found = [self._judge.environment(m) for m in self._of_kind[kind].middles()]
+            found = self._judge.environments(self._of_kind[kind])
             arcs.states[kind, : len(found)], arcs.stages[kind] = found, READY
         self._decide()
 

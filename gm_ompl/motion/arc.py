@@ -140,7 +140,7 @@ class Arc(ABC):
 
     def segments(self, parts: int) -> tuple[Segment, ...]:
         """Return the arc's parts, in order."""
-        cuts, looks = self.bounds(parts), self._looks(parts)
+        cuts, looks = self.bounds(parts), self.looks(parts)
         return tuple(Segment(self, cuts[j], cuts[j + 1], looks[j]) for j in range(parts))
 
     def middles(self, parts: int) -> tuple[Moment, ...]:
@@ -148,12 +148,12 @@ class Arc(ABC):
         return tuple(self._middles(parts))
 
     def _middles(self, parts: int) -> Iterator[Moment]:
-        for j, t in enumerate(self._looks(parts)):
+        for j, t in enumerate(self.looks(parts)):
             if j % 256 == 255:
                 limits.check()
             yield self.moment(t)
 
-    def _looks(self, parts: int) -> list[float]:
+    def looks(self, parts: int) -> list[float]:
         """Return the t at which the segments are judged."""
         if self.ends:
             return [min(max(j / (parts - 1), INSIDE), 1.0 - INSIDE) for j in range(parts)]

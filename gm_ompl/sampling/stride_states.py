@@ -42,8 +42,7 @@ class StrideStates:
         if key not in self._known:
             along, found = self._judge.along(arc.arc), None
             if along.object_free:
-                numbers = tuple(self._judge.environment(moment) for moment in arc.middles())
-                found = StatesAlong(numbers, along.free)
+                found = StatesAlong(self._judge.environments(arc), along.free)
             self._known[key] = found
         return self._known[key]
 
