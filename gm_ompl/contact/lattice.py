@@ -6,19 +6,19 @@ import functools
 import itertools
 import math
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import replace
 from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array
-from gm_ompl.contact.environment import Environment, environment_contacts
+from gm_ompl.contact.environment import Environment
 from gm_ompl.contact.expansion import Ended, Offered, Room, arrive, ended, forms, touches
 from gm_ompl.contact.lines import SAME, Line
-from gm_ompl.contact.offers import ALOFT, Offers, Stand
+from gm_ompl.contact.offers import Stand, begins, may_begin, offered, rules, stand
 from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import lengths
+from gm_ompl.contact.touching import Toucher
 from gm_ompl.geometry.packed import packed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
@@ -32,10 +32,6 @@ COUNTED: Final = 1e-9
 
 DECIMALS: Final = 7
 """Lines under way (over D) and places between the grid's (in steps) are told apart by so many."""
-
-
-LEANING: Final = 1e-5
-"""What a face that is at right angles to an axis, up to rounding, may reach farther, over D."""
 
 
 class Motions(NamedTuple):
@@ -75,10 +71,10 @@ class ContactLattice:
     def __init__(
         self, motion: FreeMotion, body: Body, environment: Environment, parts: int, reach: float
     ) -> None:
-        self._motion, self._body, self._environment = motion, body, environment
-        self._parts, self._D = parts, body.diagonal
+        self._motion, self._parts, self._D = motion, parts, body.diagonal
         small, steps = lengths(self._D, environment.contact_tolerance), motion.steps
-        self._offers = Offers(steps, motion.start.position, self._D, small.touching)
+        self._rules = rules(steps, motion.start.position, self._D, small.touching)
+        self._toucher = Toucher(body, environment)
         fixed = packed([piece for o in environment.obstacles for piece in o.body.pieces])
         shortest = SHORTEST * self._D
         self._room = Room(packed(body.pieces), fixed, environment.floor, small, shortest, parts)
@@ -167,44 +163,47 @@ class ContactLattice:
 
     def _motions(self, place: int, line: Line | None) -> Motions:
         """Return the motions at a pose, a rotation under way about a line seen from there."""
-        stand, book = self._stand(place), self._numbered.book
-        position = book.positions[place]
+        at, book = self._stand(place), self._numbered.book
+        position, turning = book.positions[place], np.empty((0, 2, 3))
+        if line is not None:
+            turning = np.array([line])
         if self._near(place):
-            offered = self._offers.at(stand, position.tolist(), line)
-            return self._cut_short(place, offered, self._room, None)
+            found = offered(at, position, self._rules, turning)
+            return self._cut_short(place, found, self._room, None)
         stands = int(book.attitudes[place]), int(book.heights[place])
-        between = np.round(self._offers.counts(position.tolist()), DECIMALS) % 1.0
-        turning: Hashable = None
+        known_by: Hashable = None
         if line is not None:
             arm = line.point - (line.point @ line.direction) * line.direction
             numbers = np.round([*(arm / self._D), *line.direction], DECIMALS)
-            turning = (*(numbers + 0.0).tolist(),)
-        key = (stands, between.tobytes(), turning)
+            known_by = (*(numbers + 0.0).tolist(),)
+        steps = self._motion.steps
+        counts = (position - self._motion.start.position)[list(steps.translate)] / steps.translation
+        key = (stands, (np.round(counts, DECIMALS) % 1.0).tobytes(), known_by)
         known = self._over_floor.get(key)
         if known is None:
-            offered = self._offers.at(stand, position.tolist(), line)
-            known = self._over_floor[key] = self._cut_short(place, offered, self._open, stands)
+            found = offered(at, position, self._rules, turning)
+            known = self._over_floor[key] = self._cut_short(place, found, self._open, stands)
         return known
 
     def _cut_short(
-        self, place: int, offered: Offered, room: Room, stands: Hashable | None
+        self, place: int, motions: Offered, room: Room, stands: Hashable | None
     ) -> Motions:
         """Return what motions come to.
 
         Args:
             place: where they begin.
-            offered: the motions.
+            motions: what is offered.
             room: what is in their way.
             stands: equal where the object stands alike on the floor, with nothing else near.
         """
         R, p = self._numbered.book.rotations[place], self._numbered.book.positions[place]
-        found = ended(offered, R, p, room)
-        numbers, ahead = forms(offered, found, R, self._D)
+        found = ended(motions, R, p, room)
+        numbers, ahead = forms(motions, found, R, self._D)
         own = [self._forms.setdefault(row.tobytes(), len(self._forms)) for row in numbers]
         kinds: list[Hashable] = [None] * len(own)
         if stands is not None:
             kinds = [(stands, one, way) for one, way in zip(own, ahead.tolist(), strict=True)]
-        return Motions(offered, found, own, kinds)
+        return Motions(motions, found, own, kinds)
 
     def _near(self, place: int) -> bool:
         """Whether an obstacle may be in reach of object or hand around a pose."""
@@ -225,40 +224,20 @@ class ContactLattice:
         key = place if beside else (int(book.attitudes[place]), int(book.heights[place]))
         known = self._stands.get(key)
         if known is None:
-            environment = self._environment
-            if not beside:
-                environment = replace(environment, obstacles=())
-            contacts = environment_contacts(self._body, environment, self._numbered.pose(place))
-            known = self._stands[key] = self._offers.stand(p, contacts)
+            points, normals = self._toucher.corners(R, p, with_obstacles=beside)
+            known = self._stands[key] = stand(p, points, normals, self._rules)
         return known
 
     def _begins(self, place: int) -> bool:
         """Whether rotations may begin at a pose."""
         known = self._begin.get(place)
         if known is None:
-            book, offers = self._numbered.book, self._offers
-            R, position = book.rotations[place], book.positions[place]
-            on_grid = offers.begins(ALOFT, position.tolist())
-            if not on_grid and self._may_begin(R, position):  # contact may exempt it
-                on_grid = offers.begins(self._stand(place), position.tolist())
-            known = self._begin[place] = on_grid
+            R, p = self._numbered.book.rotations[place], self._numbered.book.positions[place]
+            said = may_begin(R, p, self._room, self._rules, self._D)
+            known = self._begin[place] = (
+                begins(self._stand(place).exempt, p, self._rules) if said < 0 else said > 0
+            )
         return known
-
-    def _may_begin(self, R: Array, position: Array) -> bool:
-        """Whether contact may let rotations begin at a pose, by which normals it may have.
-
-        Across a normal along an axis a plane parts pieces that touch, and both reach up to it.
-        """
-        own = [piece.vertices @ R.T + position for piece in self._body.pieces]
-        low = np.array([corners.min(axis=0) for corners in own])
-        high = np.array([corners.max(axis=0) for corners in own])
-        fixed, near = self._room.obstacles, self._room.lengths.touching + LEANING * self._D
-        apart = np.stack([low[:, None] - fixed.high, fixed.low - high[:, None]])
-        meets = (np.abs(apart) <= near).any(axis=(0, 1, 2))
-        meets[2] |= self._room.floor and bool((low[:, 2] <= near).any())
-        alike = Stand(frozenset(np.flatnonzero(meets).tolist()), (), ())
-        begins = self._offers.begins(alike, position.tolist())
-        return begins and bool(touches(R, position, self._room))
 
     def _node(self, place: int, line: Line | None) -> int:
         """Return the node at a pose with this rotation under way."""

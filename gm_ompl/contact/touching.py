@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from dataclasses import replace
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled_as_written, inlined
-from gm_ompl.contact.environment import Environment
+from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.patch import SAME_NORMAL
 from gm_ompl.contact.patching import Shapes, patch_of, placed_at, shapes
 from gm_ompl.geometry.flat import outline
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
 
 NO_ROOM: Final = -1
@@ -147,3 +149,35 @@ def _add(
                     onto.points[past, c], onto.normals[past, c] = points[i, c], normal[c]
                 past += 1
     return past
+
+
+@final
+class Toucher:
+    """Finds the corners of contact patches.
+
+    Args:
+        body: the object, object frame.
+        environment: what it may touch.
+    """
+
+    def __init__(self, body: Body, environment: Environment) -> None:
+        self._body, self._environment = body, replace(environment, patch_points=0)
+        self._world = solids(body, self._environment)
+        none = solids(body, replace(environment, obstacles=()))
+        self._floor = self._world._replace(obstacles=none.obstacles, owners=none.owners)
+        self._onto = sheet(64)
+
+    def corners(self, R: Array, p: Array, *, with_obstacles: bool) -> tuple[Array, Array]:
+        """Return points and normals (m, 3) at a pose (3, 3), (3,), world frame."""
+        world = self._world if with_obstacles else self._floor
+        past = touched(R, p, world, self._onto, 0)
+        while past == NO_ROOM:
+            self._onto = sheet(2 * len(self._onto.points))
+            past = touched(R, p, world, self._onto, 0)
+        if past >= 0:
+            return self._onto.points[:past], self._onto.normals[:past]
+        environment = self._environment
+        if not with_obstacles:
+            environment = replace(environment, obstacles=())
+        found = environment_contacts(self._body, environment, Pose(R, p))
+        return np.array(found.points), np.array(found.normals)
