@@ -7,7 +7,6 @@ fingers hold when one is lifted. Geometry is asked first, then a ``Backend`` for
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, final
 
@@ -23,6 +22,7 @@ from gm_ompl.contact.environment import (
     environment_contacts,
 )
 from gm_ompl.feasibility.backends import Backend
+from gm_ompl.feasibility.geometry import NodeGeometry, Passages
 from gm_ompl.feasibility.keys import PoseClass, PoseClasses
 from gm_ompl.feasibility.reach import Reach
 from gm_ompl.feasibility.verdict import Finding, Verdict
@@ -42,26 +42,6 @@ LOOKS = (0.25, 0.5, 0.75)
 
 CONTACT_BYTES = 20_000
 """About what the contacts at a configuration take."""
-
-
-@dataclass(frozen=True, eq=False)
-class NodeGeometry:
-    """What geometry alone says at one pose of the object, or all along an arc.
-
-    Attributes:
-        object_free: whether the object penetrates nothing.
-        free: per finger, (P,), the placements at which its fingertip penetrates neither
-            environment nor object; fingers of equal radius share one array.
-    """
-
-    object_free: bool
-    free: tuple[BoolArray, ...]
-
-    def admits(self, placements: Placements) -> bool:
-        """Whether object and fingertips are free, the fingertips' mutual clearance left aside."""
-        return self.object_free and all(
-            mask[row] for mask, row in zip(self.free, placements, strict=True)
-        )
 
 
 def hand_reach(problem: Problem, hand: HandSpec) -> HandReach:
@@ -101,6 +81,7 @@ class Judge:
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
+        self._passages = Passages(problem, self._scene, self._swept, self._centres)
         self.reach = Reach(problem, self._centres)
         self.hand = None if problem.hand is None else hand_reach(problem, problem.hand)
         each = 400 + len(hand.placements) * len(set(hand.shapes))
@@ -200,6 +181,16 @@ class Judge:
                 mask.flags.writeable = False
                 masks[shape] = mask
         return NodeGeometry(True, tuple(masks[shape] for shape in shapes))
+
+    def passing(self, step: GraphArc, head: Pose) -> NodeGeometry:
+        """Return what geometry says along an arc and at the node it leads to; not remembered."""
+        limits.check()
+        if self.hand is None:
+            self.configurations += 1
+            return self._passages.passing(step.arc, head)
+        along, there = self.along(step.arc), self.node(head)
+        both = tuple(a & b for a, b in zip(along.free, there.free, strict=True))
+        return NodeGeometry(along.object_free and there.object_free, both)
 
     def refuse(self, arc: Arc | None, pose: Pose, finger: int, row: int) -> None:
         """Take a finger off a placement along an arc and beside a pose: its joints found no way."""

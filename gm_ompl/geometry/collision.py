@@ -108,6 +108,11 @@ class Scene:
         for j in self.near(world.min(axis=0) - radius, world.max(axis=0) + radius):
             rows = np.flatnonzero(free)
             free[rows] = self._clear(self.obstacles[j], self._models[j], world[rows], radius)
+        return free & self.clear_of_object(centres, radius, piece)
+
+    def clear_of_object(self, centres: Array, radius: float, piece: IntArray) -> BoolArray:
+        """Return which fingertips (P,) do not penetrate the object; see ``free_placements``."""
+        free = np.ones(len(centres), dtype=bool)
         if len(self.body.pieces) > 1:
             for k, own in enumerate(self.body.pieces):
                 rows = np.flatnonzero(free & (piece != k))

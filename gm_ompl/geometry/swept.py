@@ -23,11 +23,12 @@ from gm_ompl.geometry.packed import (
     one,
     packed,
     placed,
+    rotation,
     way_box,
 )
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
 from gm_ompl.geometry.sweep import Sweep
-from gm_ompl.geometry.vectors import dot, minus
+from gm_ompl.geometry.vectors import dot
 
 SHORTEST: Final = 1e-9
 """A stretch of time so short that is still undecided counts as blocked."""
@@ -138,15 +139,19 @@ def tips_clear(
         least_gaps: (1 + k,), how near centres may come to the floor, and to each obstacle.
         free: (P,), True where asked.
     """
-    left = np.empty((MOST_STRETCHES + 2, 2))
+    left, up = np.empty((MOST_STRETCHES + 2, 2)), np.array([0.0, 0.0, 1.0])
+    over, turn = stretch(0.0, 1.0, motion.angle), rotation(motion.axis, motion.angle)
+    low, high = np.empty(3), np.empty(3)
     for i in range(len(centres)):
         if not free[i]:
             continue
         point = centres[i : i + 1]
-        if floor and lowest(point, motion) < least_gaps[0]:
-            free[i] = False
-            continue
-        low, high = way_box(point, motion, 1.0)
+        if floor:
+            still, rising = height(motion, point[0], up, 0.0)
+            if least(still, rising, over) < least_gaps[0]:
+                free[i] = False
+                continue
+        _box_of_way(point[0], motion, turn, low, high)
         for j in range(len(obstacles.low)):
             gap = least_gaps[1 + j]
             if boxes_meet(low, high, obstacles, j, gap) and not _tip_clear(
@@ -154,6 +159,19 @@ def tips_clear(
             ):
                 free[i] = False
                 break
+
+
+@inlined
+def _box_of_way(point: Array, motion: Drive, turn: Array, low: Array, high: Array) -> None:
+    """Write a box in which a point (3,) stays all along a motion, as ``way_box`` has it."""
+    axis, pivot, half = motion.axis, motion.pivot, abs(motion.angle) / 2.0
+    x, y, z = point[0] - pivot[0], point[1] - pivot[1], point[2] - pivot[2]
+    along = x * axis[0] + y * axis[1] + z * axis[2]
+    wide = max(0.0, x * x + y * y + z * z - along * along)
+    bulge = np.sqrt(wide) * ((1.0 - np.cos(half)) if half < np.pi / 2 else 2.0)
+    for k in range(3):
+        end = turn[k, 0] * x + turn[k, 1] * y + turn[k, 2] * z + pivot[k] + motion.drift[k]
+        low[k], high[k] = min(point[k], end) - bulge, max(point[k], end) + bulge
 
 
 @inlined
@@ -170,9 +188,9 @@ def _tip_clear(point: Array, motion: Drive, piece: Hull, gap: float, left: Array
         for k in range(len(piece.normals)):
             above = dot(piece.normals[k], place) - piece.offsets[k]
             highest = max(highest, above)
-            if above >= gap:
+            if above >= gap and not clear:
                 still, rising = height(motion, point[0], piece.normals[k], piece.offsets[k])
-                clear = clear or least(still, rising, over) >= gap
+                clear = least(still, rising, over) >= gap
         if clear:
             continue
         # The plane through the point of the edges that is nearest in the middle.
@@ -198,15 +216,14 @@ def _from_edges(place: Array, piece: Hull) -> Array:
     """Return the unit direction (3,) to a place from the nearest point of a piece's edges."""
     best, normal = np.inf, np.zeros(3)
     for k in range(len(piece.starts)):
-        span, arm = piece.spans[k], minus(place, piece.starts[k])
-        share = min(1.0, max(0.0, dot(arm, span) / dot(span, span)))
-        square = 0.0
-        for c in range(3):
-            square += (arm[c] - share * span[c]) ** 2
+        span, start = piece.spans[k], piece.starts[k]
+        x, y, z = place[0] - start[0], place[1] - start[1], place[2] - start[2]
+        along = x * span[0] + y * span[1] + z * span[2]
+        share = min(1.0, max(0.0, along / dot(span, span)))
+        x, y, z = x - share * span[0], y - share * span[1], z - share * span[2]
+        square = x * x + y * y + z * z
         if square < best:
-            best = square
-            for c in range(3):
-                normal[c] = arm[c] - share * span[c]
+            best, normal[0], normal[1], normal[2] = square, x, y, z
     length = max(np.sqrt(best), 1e-300)
     for c in range(3):
         normal[c] /= length

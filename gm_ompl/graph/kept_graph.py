@@ -177,7 +177,8 @@ class KeptGraph:
         poses.onward[number] = [goal.distances(pose) for goal in self._goals]
         poses.goal[number] = self._graph.in_goal(node)
         poses.first[number] = EMPTY
-        self.tables = self.tables._replace(poses=poses)
+        if poses is not self.tables.poses:
+            self.tables = self.tables._replace(poses=poses)
         return number
 
     def _leave(self, pose: int) -> None:
@@ -189,11 +190,11 @@ class KeptGraph:
             head, arc = self._met(step.head), len(self._steps)
             form, kind = self._form(step), self._kind(step)
             arcs = self.tables.arcs
-            columns = _with_room((arcs.heads, arcs.forms, arcs.kinds), arc)
-            columns[0][arc], columns[1][arc], columns[2][arc] = head, form, kind
-            self.tables = self.tables._replace(
-                arcs=arcs._replace(heads=columns[0], forms=columns[1], kinds=columns[2])
-            )
+            heads, forms, kinds = _with_room((arcs.heads, arcs.forms, arcs.kinds), arc)
+            heads[arc], forms[arc], kinds[arc] = head, form, kind
+            if heads is not arcs.heads:
+                grown = arcs._replace(heads=heads, forms=forms, kinds=kinds)
+                self.tables = self.tables._replace(arcs=grown)
             self._steps.append(step)
         self.tables.poses.first[pose], self.tables.poses.past[pose] = first, len(self._steps)
 
@@ -208,7 +209,8 @@ class KeptGraph:
             lengths[known] = 0.0
             for f, i in enumerate(self._fingers):
                 lengths[known, f, :, : step.parts] = step.lengths(self._judge.centres(i))
-            self.tables = self.tables._replace(arcs=arcs._replace(lengths=lengths))
+            if lengths is not arcs.lengths:
+                self.tables = self.tables._replace(arcs=arcs._replace(lengths=lengths))
         return known
 
     def _kind(self, step: GraphArc) -> int:
@@ -222,9 +224,9 @@ class KeptGraph:
             arcs = self.tables.arcs
             stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), known)
             stages[known], states[known] = 0, -1
-            self.tables = self.tables._replace(
-                arcs=arcs._replace(stages=stages, free=free, states=states)
-            )
+            if stages is not arcs.stages:
+                grown = arcs._replace(stages=stages, free=free, states=states)
+                self.tables = self.tables._replace(arcs=grown)
         return known
 
     def answer(self) -> None:
@@ -241,11 +243,11 @@ class KeptGraph:
 
     def _test(self, kind: int) -> None:
         """Find where fingertips are free along a class of arcs."""
-        judge, arcs, step = self._judge, self.tables.arcs, self._of_kind[kind]
-        along, head = judge.along(step.arc), judge.node(self._graph.pose(step.head))
-        arcs.stages[kind] = TESTED if along.object_free and head.object_free else BLOCKED
+        arcs, step = self.tables.arcs, self._of_kind[kind]
+        found = self._judge.passing(step, self._graph.pose(step.head))
+        arcs.stages[kind] = TESTED if found.object_free else BLOCKED
         for f, i in enumerate(self._fingers):
-            arcs.free[kind, f] = along.free[i] & head.free[i]
+            arcs.free[kind, f] = found.free[i]
 
     def _decide(self) -> None:
         """Decide the margins that were asked for."""

@@ -12,7 +12,8 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.cores import share_out
-from gm_ompl.feasibility.judge import Judge, NodeGeometry
+from gm_ompl.feasibility.geometry import NodeGeometry
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.holds.rows import UNASKED, Tables, settle

@@ -11,7 +11,8 @@ import pytest
 
 from gm_ompl.contact.decision import ModeDecision
 from gm_ompl.feasibility.backends import make_backend
-from gm_ompl.feasibility.judge import Judge, NodeGeometry
+from gm_ompl.feasibility.geometry import NodeGeometry
+from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph import hub_bounds

@@ -1,0 +1,79 @@
+"""What geometry alone says at a pose, and along an arc up to the node it leads to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.geometry.collision import Scene
+from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.sweep import resting
+from gm_ompl.geometry.swept import SweptScene
+from gm_ompl.motion.arc import Arc
+from gm_ompl.problem import Placements, Problem
+
+
+@dataclass(frozen=True, eq=False)
+class NodeGeometry:
+    """What geometry alone says at one pose of the object, or all along an arc.
+
+    Attributes:
+        object_free: whether the object penetrates nothing.
+        free: per finger, (P,), the placements at which its fingertip penetrates neither
+            environment nor object; fingers of equal radius share one array.
+    """
+
+    object_free: bool
+    free: tuple[BoolArray, ...]
+
+    def admits(self, placements: Placements) -> bool:
+        """Whether object and fingertips are free, the fingertips' mutual clearance left aside."""
+        return self.object_free and all(
+            mask[row] for mask, row in zip(self.free, placements, strict=True)
+        )
+
+
+@final
+class Passages:
+    """Says what is free along arcs.
+
+    Args:
+        problem: the problem.
+        scene: its object and environment at single poses.
+        swept: the same along motions.
+        centres: (P, 3), of fingertips at every placement, object frame, by their radius.
+    """
+
+    def __init__(
+        self, problem: Problem, scene: Scene, swept: SweptScene, centres: Mapping[float, Array]
+    ) -> None:
+        self._scene, self._swept, self._centres = scene, swept, centres
+        self._radii: list[float] = problem.fingers.radius.tolist()
+        self._piece = problem.fingers.placements.piece
+
+    @cached_property
+    def _clear_of_object(self) -> dict[float, BoolArray]:
+        """Which fingertips penetrate no piece of the object, by their radius."""
+        return {
+            radius: self._scene.clear_of_object(centres, radius, self._piece)
+            for radius, centres in self._centres.items()
+        }
+
+    def passing(self, arc: Arc, head: Pose) -> NodeGeometry:
+        """Return what geometry says along an arc and at the node it leads to.
+
+        An arc's ends are part of it: the poses there are not asked for by themselves.
+        """
+        sweeps = (*arc.sweeps, resting(head))
+        object_free = all(self._swept.object_free(sweep) for sweep in sweeps)
+        free = {radius: mask & object_free for radius, mask in self._clear_of_object.items()}
+        for radius, mask in free.items() if object_free else ():
+            for sweep in sweeps:
+                rows = np.flatnonzero(mask)
+                mask[rows] = self._swept.free_placements(sweep, self._centres[radius][rows], radius)
+        return NodeGeometry(object_free, tuple(free[radius] for radius in self._radii))
