@@ -15,7 +15,7 @@ from gm_ompl.arrays import Array
 from gm_ompl.contact.environment import Environment
 from gm_ompl.contact.expansion import Ended, Offered, Room, arrive, ended, forms, touches
 from gm_ompl.contact.lines import SAME, Line
-from gm_ompl.contact.offers import Stand, begins, may_begin, offered, rules, stand
+from gm_ompl.contact.offers import Stand, begins, find, may_begin, offered, rules, stand
 from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import lengths
 from gm_ompl.contact.touching import Toucher
@@ -32,6 +32,10 @@ COUNTED: Final = 1e-9
 
 DECIMALS: Final = 7
 """Lines under way (over D) and places between the grid's (in steps) are told apart by so many."""
+
+
+NONE_TURNING: Final[tuple[tuple[int, ...], Array]] = ((), np.empty((0, 2, 3)))
+"""Nodes at a place with a rotation under way, and their lines, where there are none."""
 
 
 class Motions(NamedTuple):
@@ -85,7 +89,8 @@ class ContactLattice:
         self._far = max(own, reach) + max(2.0 * own, steps.translation) + small.touching
         self._numbered = NumberedPoses(self._D)
         self._nodes: list[tuple[int, Line | None]] = []
-        self._nodes_at: dict[int, list[int]] = {}
+        self._resting: dict[int, int] = {}
+        self._turning: dict[int, tuple[tuple[int, ...], Array]] = {}
         self._stands: dict[Hashable, Stand] = {}
         self._begin: dict[int, bool] = {}
         self._beside: dict[int, bool] = {}
@@ -124,16 +129,23 @@ class ContactLattice:
 
     def _made(self, node: int) -> Iterator[GraphArc]:
         """Yield the arcs that leave a node, none of them to where another leads."""
-        (place, line), position = self._nodes[node], self._position(node)
-        motions = self._motions(place, None if line is None else line.moved(-position))
+        (place, way), position = self._nodes[node], self._position(node)
+        motions = self._motions(place, None if way is None else way.moved(-position))
         heads = np.empty(len(motions.forms), dtype=np.int64)
         book, slack = self._numbered.reserve(len(heads)), SLACK * self._D
         arrive(motions.ended, position, self._motion.region, slack, book, self._D, heads)
         seen = {node}
         steps = (motions.ended.shares * motions.offered.steps).tolist()
+        turns, bare = motions.offered.turns.tolist(), motions.ended.bare.tolist()
+        inside = not self._motion.ends
         for i, end in enumerate(heads.tolist()):
-            head = -1 if end < 0 else self._head(end, motions.offered, i, position)
-            if head < 0 or head in seen:
+            if end < 0:
+                continue
+            line = None
+            if turns[i] and not self._begins(end):
+                line = Line(position + motions.offered.by[i], motions.offered.axes[i])
+            head = self._node(end, line)
+            if head in seen:
                 continue
             seen.add(head)
             pitch, parts, fewest = None, self._parts, self._motion.fewest
@@ -143,14 +155,8 @@ class ContactLattice:
             made = functools.partial(self._screw, place, motions, i, pitch)
             form = motions.forms[i], parts
             along = (min(place, end), max(place, end), form)
-            bare = bool(motions.ended.bare[i]) and not self._motion.ends
-            yield GraphArc(head, made, parts, motions.kinds[i], form, along, bare=bare)
-
-    def _head(self, place: int, offered: Offered, i: int, position: Array) -> int:
-        """Return the node to which motion ``i`` leads that ends at a pose."""
-        if not offered.turns[i] or self._begins(place):
-            return self._node(place, None)
-        return self._node(place, Line(position + offered.by[i], offered.axes[i]))
+            kind, lifts = motions.kinds[i], bare[i] and inside
+            yield GraphArc(head, made, parts, kind, form, along, bare=lifts)
 
     def _screw(self, place: int, motions: Motions, i: int, pitch: float | None) -> Screw:
         """Return motion ``i`` from a pose."""
@@ -241,17 +247,20 @@ class ContactLattice:
 
     def _node(self, place: int, line: Line | None) -> int:
         """Return the node at a pose with this rotation under way."""
-        known = self._nodes_at.setdefault(place, [])
-        for node in known:
-            other = self._nodes[node][1]
-            if line is None or other is None:
-                if line is other:
-                    return node
-            elif line.same(other, SAME * self._D):
-                return node
-        known.append(len(self._nodes))
-        self._nodes.append((place, line))
-        return known[-1]
+        if line is None:
+            known = self._resting.get(place)
+            if known is None:
+                known = self._resting[place] = len(self._nodes)
+                self._nodes.append((place, None))
+            return known
+        nodes, lines = self._turning.get(place, NONE_TURNING)
+        row = find(lines, line.point, line.direction, SAME * self._D)
+        if row < 0:
+            row, new = len(nodes), np.array([line])
+            self._turning[place] = ((*nodes, len(self._nodes)), np.concatenate([lines, new]))
+            self._nodes.append((place, line))
+            return len(self._nodes) - 1
+        return nodes[row]
 
     def in_goal(self, node: int) -> bool:
         """Whether the object has arrived at a node."""

@@ -173,18 +173,24 @@ def _rim(lead: int, points: Array, normals: Array, group: IntArray, tolerance: f
 @compiled_as_written
 def _add(lines: Array, count: int, point: Array, way: Array, p: Array, near: float) -> int:
     """Add a line seen from a position (3,) that is none of the lines so far; return how many."""
+    for c in range(3):
+        lines[count, 0, c], lines[count, 1, c] = point[c] - p[c], way[c]
+    return count if find(lines[:count], lines[count, 0], way, near) >= 0 else count + 1
+
+
+@compiled_as_written
+def find(lines: Array, point: Array, way: Array, near: float) -> int:
+    """Return the number of the first of lines (n, 2, 3) that is ``same`` as another; -1: none."""
     arm = np.empty(3)
-    for i in range(count):
+    for i in range(len(lines)):
         for c in range(3):
-            arm[c] = point[c] - p[c] - lines[i, 0, c]
+            arm[c] = point[c] - lines[i, 0, c]
         along = summed(arm, lines[i, 1])
         for c in range(3):
             arm[c] -= along * lines[i, 1, c]
         if along_each_other(way, lines[i, 1]) and summed(arm, arm) <= near * near:
-            return count
-    for c in range(3):
-        lines[count, 0, c], lines[count, 1, c] = point[c] - p[c], way[c]
-    return count + 1
+            return i
+    return -1
 
 
 @inlined

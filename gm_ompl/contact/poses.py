@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray, read_only
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined
 from gm_ompl.geometry.pose import Pose
 
@@ -94,8 +94,7 @@ class NumberedPoses:
         """Return the pose of a number."""
         known = self._poses.get(place)
         if known is None:
-            rotation = read_only(self.book.rotations[place], (3, 3), "rotation")
-            known = Pose(rotation, read_only(self.book.positions[place], (3,), "position"))
+            known = Pose(self.book.rotations[place], self.book.positions[place])
             self._poses[place] = known
         return known
 

@@ -9,13 +9,16 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.arrays import Array, BoolArray, read_only
 from gm_ompl.geometry.collision import Scene
+from gm_ompl.geometry.packed import Drive, drive
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.sweep import resting
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Placements, Problem
+
+UP = read_only([0.0, 0.0, 1.0], (3,), "axis")
+NOWHERE = read_only(np.zeros(3), (3,), "drift")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +72,11 @@ class Passages:
 
         An arc's ends are part of it: the poses there are not asked for by themselves.
         """
-        sweeps = (*arc.sweeps, resting(head))
-        object_free = all(self._swept.object_free(sweep) for sweep in sweeps)
+        ways = [(sweep.start, drive(sweep)) for sweep in arc.sweeps]
+        ways.append((head, Drive(head.position, UP, 0.0, NOWHERE)))
+        object_free = all(self._swept.object_free_by(*way) for way in ways)
         free = {radius: mask & object_free for radius, mask in self._clear_of_object.items()}
         for radius, mask in free.items() if object_free else ():
-            for sweep in sweeps:
-                rows = np.flatnonzero(mask)
-                mask[rows] = self._swept.free_placements(sweep, self._centres[radius][rows], radius)
+            for start, motion in ways:
+                self._swept.keep_free(mask, start.apply(self._centres[radius]), motion, radius)
         return NodeGeometry(object_free, tuple(free[radius] for radius in self._radii))

@@ -181,19 +181,25 @@ def crossed(a: Hull, b: Hull) -> Crossed:
     best, mine, theirs, before, corner = -np.inf, -1, -1, True, 0
     for i in range(len(a.edges)):
         for j in range(len(b.edges)):
-            axis = product(a.edges[i], b.edges[j])
-            sine = np.sqrt(dot(axis, axis))
+            e, f = a.edges[i], b.edges[j]  # no arrays from here on: this is asked most
+            x, y, z = (
+                e[1] * f[2] - e[2] * f[1],
+                e[2] * f[0] - e[0] * f[2],
+                e[0] * f[1] - e[1] * f[0],
+            )
+            sine = np.sqrt(x * x + y * y + z * z)
             if sine <= PARALLEL:
                 continue
-            for k in range(3):
-                axis[k] /= sine
+            x, y, z = x / sine, y / sine, z / sine
             (a_low, a_high), (b_low, b_high) = (np.inf, -np.inf), (np.inf, -np.inf)
             lowest = highest = 0
             for k in range(len(a.vertices)):
-                value = dot(axis, a.vertices[k])
+                p = a.vertices[k]
+                value = x * p[0] + y * p[1] + z * p[2]
                 a_low, a_high = min(a_low, value), max(a_high, value)
             for k in range(len(b.vertices)):
-                value = dot(axis, b.vertices[k])
+                p = b.vertices[k]
+                value = x * p[0] + y * p[1] + z * p[2]
                 if value < b_low:
                     b_low, lowest = value, k
                 if value > b_high:

@@ -9,8 +9,6 @@ import numpy as np
 from gm_ompl.arrays import Array, fix
 from gm_ompl.geometry.pose import Pose, rotation_about
 
-UP = np.array([0.0, 0.0, 1.0])
-
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
@@ -67,8 +65,3 @@ class Sweep:
         radius = np.sqrt(np.maximum((arms**2).sum(axis=1) - along**2, 0.0).max())
         half = abs(self.angle) / 2.0
         return float(radius * ((1.0 - np.cos(half)) if half < np.pi / 2 else 2.0))
-
-
-def resting(pose: Pose) -> Sweep:
-    """Return the motion that stays at a pose."""
-    return Sweep(pose, pose.position, UP, 0.0, np.zeros(3))

@@ -26,6 +26,7 @@ from gm_ompl.geometry.packed import (
     rotation,
     way_box,
 )
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.vectors import dot
@@ -52,8 +53,12 @@ class SweptScene:
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
-        here = placed(self._body, sweep.start.rotation, sweep.start.position)
-        return body_clear(here, drive(sweep), self._obstacles, self._floor, self._depth)
+        return self.object_free_by(sweep.start, drive(sweep))
+
+    def object_free_by(self, start: Pose, motion: Drive) -> bool:
+        """Whether it penetrates neither along a motion that begins at a pose."""
+        here = placed(self._body, start.rotation, start.position)
+        return body_clear(here, motion, self._obstacles, self._floor, self._depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
         """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
@@ -63,9 +68,13 @@ class SweptScene:
             centres: (P, 3), the fingertips' centres, object frame.
             radius: their radius.
         """
-        free, here = np.ones(len(centres), dtype=np.bool_), sweep.start.apply(centres)
-        tips_clear(here, drive(sweep), self._obstacles, self._floor, radius - self._allowed, free)
+        free = np.ones(len(centres), dtype=np.bool_)
+        self.keep_free(free, sweep.start.apply(centres), drive(sweep), radius)
         return free
+
+    def keep_free(self, free: BoolArray, here: Array, motion: Drive, radius: float) -> None:
+        """Write which of free fingertips (P,) stay so; centres (P, 3) at t = 0, world frame."""
+        tips_clear(here, motion, self._obstacles, self._floor, radius - self._allowed, free)
 
 
 @compiled
