@@ -32,6 +32,7 @@ class Rules(NamedTuple):
     """What a contact lattice offers.
 
     Attributes:
+        axes: (3, 3), the world's.
         start: (3,), where the grid of translations is counted from, world frame.
         listed: (3,), whether a world axis is listed for translations.
         rotate: (k, 3), unit directions about which the object may turn.
@@ -43,6 +44,7 @@ class Rules(NamedTuple):
         touching: the contact tolerance (a length).
     """
 
+    axes: Array
     start: Array
     listed: BoolArray
     rotate: Array
@@ -68,9 +70,11 @@ def rules(steps: ContactSteps, start: Array, diagonal: float, touching: float) -
         rotate = steps.rotate.copy()
     listed = np.array([k in steps.translate for k in range(3)])
     sizes = steps.translation, steps.rotation, NEAR * diagonal, touching
-    found = Rules(start.copy(), listed, rotate, any_, np.zeros(3, dtype=np.bool_), *sizes)
+    found = Rules(
+        np.eye(3), start.copy(), listed, rotate, any_, np.zeros(3, dtype=np.bool_), *sizes
+    )
     for k in range(3):
-        found.turning[k] = may_turn(np.eye(3)[k], found)
+        found.turning[k] = may_turn(found.axes[k], found)
     return found
 
 
@@ -117,9 +121,11 @@ def stand(p: Array, points: Array, normals: Array, rules: Rules) -> Stand:
         normals: (m, 3), unit, into the object.
         rules: what is offered.
     """
-    m, count, sloping, axes = len(points), 0, 0, np.eye(3)
+    m, count, sloping, axes = len(points), 0, 0, rules.axes
     lines, slopes = np.empty((4 * m + 3, 2, 3)), np.empty((m, 3))
-    group, exempt, way = np.full(m, -1), np.zeros(3, dtype=np.bool_), np.empty(3)
+    group, exempt, way = np.empty(m, dtype=np.int64), np.zeros(3, dtype=np.bool_), np.empty(3)
+    for i in range(m):
+        group[i] = -1
     for k in range(3 if m == 0 else 0):
         if rules.turning[k]:
             count = _add(lines, count, p, axes[k], p, rules.near)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled_as_written, inlined
-from gm_ompl.geometry.facets import PARALLEL
+from gm_ompl.compilation import compiled_as_written
 from gm_ompl.geometry.flat import (
     basis,
-    beside,
     clipped,
     combined,
     inside_by,
@@ -22,6 +20,9 @@ from gm_ompl.geometry.flat import (
 )
 from gm_ompl.geometry.solids import ConvexPiece
 from gm_ompl.geometry.vectors import dot
+
+EDGES: Final = 10_000
+"""So many points: an edge of either may cross one of the other."""
 
 
 class Shapes(NamedTuple):
@@ -89,7 +90,8 @@ def _reach(direction: Array, s: Shapes, k: int, sign: float) -> float:
 def patch_of(a: Shapes, k: int, b: Shapes, j: int, tolerance: float, normal: Array) -> Array:
     """Return the points (m, 3) where a piece of ``a`` touches one of ``b``; none: nowhere.
 
-    Their normal (3,), into ``a``, is written.
+    Their normal (3,), into ``a``, is written. Where faces do not tell, ``EDGES`` points of no
+    meaning come back: that is rare, and ``contact_patch`` must be asked.
     """
     f, past, best = b.ends[j, 1], b.ends[j, 2], -np.inf
     faces = past - f + a.ends[k, 2] - a.ends[k, 1]
@@ -119,7 +121,7 @@ def patch_of(a: Shapes, k: int, b: Shapes, j: int, tolerance: float, normal: Arr
                     last = len(points) - 1 - i
                     points[i, c], points[last, c] = points[last, c], points[i, c]
             return points
-    return _on_edges(a, k, b, j, tolerance, normal)
+    return np.empty((EDGES, 3))
 
 
 @compiled_as_written
@@ -172,61 +174,3 @@ def _on_face(owner: Shapes, k: int, other: Shapes, j: int, face: int, tolerance:
         if inside_by(window, x, y) <= tolerance:
             return none
     return _lifted(corners, plane, chart)
-
-
-@inlined
-def _on_edges(a: Shapes, k: int, b: Shapes, j: int, tolerance: float, normal: Array) -> Array:
-    """Return the point (1, 3) where an edge of ``a`` crosses one of ``b``, inside both."""
-    mine, others = a.ends[k, 3] - a.ends[k, 2], b.ends[j, 3] - b.ends[j, 2]
-    gaps, axes, best, axis = (
-        np.empty(mine * others),
-        np.empty((mine * others, 3)),
-        -np.inf,
-        np.empty(3),
-    )
-    for n in range(mine * others):
-        e, f = a.rows[a.ends[k, 2] + n // others], b.rows[b.ends[j, 2] + n % others]
-        for c in range(3):
-            d, g = (c + 1) % 3, (c + 2) % 3
-            axis[c] = e[d] * f[g] - e[g] * f[d]
-        sine, gaps[n] = np.sqrt(dot(axis, axis)), -np.inf
-        if sine > PARALLEL:
-            for c in range(3):
-                axis[c] /= sine
-            ahead = _reach(axis, a, k, -1.0) - _reach(axis, b, j, 1.0)
-            behind = _reach(axis, b, j, -1.0) - _reach(axis, a, k, 1.0)
-            for c in range(3):
-                axes[n, c] = axis[c] if ahead >= behind else -axis[c]
-            gaps[n] = max(ahead, behind)
-            best = max(best, gaps[n])
-    for n in range(mine * others if abs(best) <= tolerance else 0):
-        if gaps[n] >= max(best - tolerance, -tolerance):
-            for c in range(3):
-                normal[c] = axes[n, c]
-            point = _crossing(a, k, b, j, normal, tolerance)
-            if len(point):
-                return point
-    return np.empty((0, 3))
-
-
-@inlined
-def _crossing(a: Shapes, k: int, b: Shapes, j: int, normal: Array, tolerance: float) -> Array:
-    """Return where two edges cross in a plane, (1, 3), at least ``tolerance`` from their ends."""
-    offset = (_reach(normal, a, k, -1.0) + _reach(normal, b, j, 1.0)) / 2.0
-    plane, chart, point = (normal, offset), basis(normal), np.empty((1, 2))
-    first = _corners(a, k, plane, chart, tolerance)
-    second = _corners(b, j, plane, chart, tolerance)
-    nearest = -np.inf
-    if len(first) == 2 and len(second) == 2:
-        before = beside(second, 0, 1, first[0, 0], first[0, 1])
-        after = beside(second, 0, 1, first[1, 0], first[1, 1])
-        left = beside(first, 0, 1, second[0, 0], second[0, 1])
-        right = beside(first, 0, 1, second[1, 0], second[1, 1])
-        if before * after < 0.0 and left * right < 0.0:
-            t, nearest = before / (before - after), np.inf
-            for c in range(2):
-                point[0, c] = first[0, c] + t * (first[1, c] - first[0, c])
-            for i in range(4):
-                end = first[i] if i < 2 else second[i - 2]
-                nearest = min(nearest, np.hypot(point[0, 0] - end[0], point[0, 1] - end[1]))
-    return _lifted(point[: 1 if nearest > tolerance else 0], plane, chart)

@@ -88,7 +88,7 @@ class NumberedPoses:
 
     def number(self, rotation: Array, position: Array) -> int:
         """Return the number of a pose."""
-        return int(number(self.reserve(1), rotation, position, self._D))
+        return int(number(self.reserve(1), rotation.copy(), position.copy(), self._D))
 
     def pose(self, place: int) -> Pose:
         """Return the pose of a number."""

@@ -11,7 +11,7 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled_as_written, inlined
 from gm_ompl.contact.environment import Environment, environment_contacts
 from gm_ompl.contact.patch import SAME_NORMAL
-from gm_ompl.contact.patching import Shapes, patch_of, placed_at, shapes
+from gm_ompl.contact.patching import EDGES, Shapes, patch_of, placed_at, shapes
 from gm_ompl.geometry.flat import outline
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
@@ -19,8 +19,9 @@ from gm_ompl.geometry.solids import Body
 NO_ROOM: Final = -1
 """There are more contacts than there is room for."""
 
-SEVERAL: Final = -2
-"""Several pieces touch one body: their patches may be one."""
+UNTOLD: Final = -2
+"""Several pieces touch one body, whose patches may be one, or edges may cross: rare, and left to
+``environment_contacts``."""
 
 
 class Solids(NamedTuple):
@@ -77,7 +78,7 @@ def touched(R: Array, p: Array, world: Solids, onto: Sheet, first: int) -> int:
     """Write the contacts at a pose (3, 3), (3,) from row ``first`` on.
 
     Returns:
-        The row past them, or ``NO_ROOM`` or ``SEVERAL``.
+        The row past them, or ``NO_ROOM`` or ``UNTOLD``.
     """
     here, tolerance, normal = placed_at(world.body, R, p), world.tolerance, np.zeros(3)
     past, owner, patches, several, normal[2] = first, 0, 0, False, 1.0
@@ -96,10 +97,12 @@ def touched(R: Array, p: Array, world: Solids, onto: Sheet, first: int) -> int:
                 apart |= world.obstacles.boxes[j, 1, c] + tolerance < here.boxes[k, 0, c]
             if not apart:
                 points = patch_of(here, k, world.obstacles, j, tolerance, normal)
+                if len(points) == EDGES:
+                    return UNTOLD
                 on = owner if world.by_surface else 0
                 past = _add(onto, first, past, points, normal, (on, tolerance))
                 patches += len(points) > 0
-    return SEVERAL if several or patches > 1 else past
+    return UNTOLD if several or patches > 1 else past
 
 
 @inlined

@@ -7,7 +7,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray, read_only
+from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled_as_written, inlined
 from gm_ompl.contact.environment import AT_REST
 from gm_ompl.contact.state import ContactState
@@ -22,8 +22,8 @@ from gm_ompl.problem import Problem
 COLUMNS = 10
 """Numbers that a key has of a contact: point, normal, slip and, perhaps, what it is on."""
 
-ANY_AXIS = read_only([0.0, 0.0, 1.0], (3,), "axis")
-"""A translation's; read-only, as a rotation's is: machine code tells them apart."""
+ANY_AXIS = np.array([0.0, 0.0, 1.0])
+"""A translation's."""
 
 
 class Course(NamedTuple):
@@ -92,12 +92,11 @@ class ArcStates:
             return None
         looks = np.array(arc.looks(parts))
         piece, origin = arc.whole, arc.origin
-        rate, none = arc.last - arc.first, 0.0
+        rate, begin = arc.last - arc.first, (origin.rotation.copy(), origin.position.copy())
         if isinstance(piece, Slide):
-            course = Course(origin.rotation, origin.position, piece.by, ANY_AXIS, none, rate)
+            course = Course(*begin, piece.by.copy(), ANY_AXIS, 0.0, rate)
         else:
-            turn = piece.pivot, piece.axis, piece.angle
-            course = Course(origin.rotation, origin.position, *turn, rate)
+            course = Course(*begin, piece.pivot.copy(), piece.axis.copy(), piece.angle, rate)
         looks = arc.first + looks * rate
         past = NO_ROOM
         while past == NO_ROOM:

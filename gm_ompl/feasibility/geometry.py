@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, read_only
+from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.packed import Drive, drive
 from gm_ompl.geometry.pose import Pose
@@ -17,8 +17,8 @@ from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.motion.arc import Arc
 from gm_ompl.problem import Placements, Problem
 
-UP = read_only([0.0, 0.0, 1.0], (3,), "axis")
-NOWHERE = read_only(np.zeros(3), (3,), "drift")
+UP = np.array([0.0, 0.0, 1.0])
+NOWHERE = np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Passages:
         An arc's ends are part of it: the poses there are not asked for by themselves.
         """
         ways = [(sweep.start, drive(sweep)) for sweep in arc.sweeps]
-        ways.append((head, Drive(head.position, UP, 0.0, NOWHERE)))
+        ways.append((head, Drive(head.position.copy(), UP, 0.0, NOWHERE)))
         object_free = all(self._swept.object_free_by(*way) for way in ways)
         free = {radius: mask & object_free for radius, mask in self._clear_of_object.items()}
         for radius, mask in free.items() if object_free else ():

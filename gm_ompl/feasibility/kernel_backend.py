@@ -93,7 +93,7 @@ class KernelBackend:
     def environments(self, arc: Arc, parts: int) -> list[int] | None:
         """Register the contact states in the middles of a screw's segments, found by compiled code.
 
-        None for other arcs, and where patches count with points inside or are of several pieces.
+        None for other arcs, for patches with points inside, and where ``touched`` does not tell.
         """
         return self._states.along(arc, parts, self._told)
 

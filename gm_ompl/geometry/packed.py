@@ -75,8 +75,11 @@ def packed(pieces: Sequence[ConvexPiece]) -> Hulls:
 
 
 def drive(sweep: Sweep) -> Drive:
-    """Return a sweep as compiled code reads it."""
-    return Drive(sweep.pivot, sweep.axis, float(sweep.angle), sweep.drift)
+    """Return a sweep as compiled code reads it.
+
+    Arrays are copied: they are read-only, and code for such would be compiled besides.
+    """
+    return Drive(sweep.pivot.copy(), sweep.axis.copy(), float(sweep.angle), sweep.drift.copy())
 
 
 @compiled

@@ -57,7 +57,7 @@ class SweptScene:
 
     def object_free_by(self, start: Pose, motion: Drive) -> bool:
         """Whether it penetrates neither along a motion that begins at a pose."""
-        here = placed(self._body, start.rotation, start.position)
+        here = placed(self._body, start.rotation.copy(), start.position.copy())
         return body_clear(here, motion, self._obstacles, self._floor, self._depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
