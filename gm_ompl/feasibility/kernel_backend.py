@@ -23,6 +23,7 @@ from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.mechanics.program import Program, Touch
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.problem import Placements, Problem
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ class KernelBackend:
             else self._cases.tips.tables[0]
         )
         self._states = KnownStates(problem, self._U, self._weight)
+        self._many = isinstance(problem.motion, FreeMotion)
         self._told = None if self._cases is None else self._cases.register
         self._hands: dict[tuple[int, ...], tuple[Placements, IntArray]] = {}
         self._memo: dict[Key, tuple[bool, ModeDecision]] = {}
@@ -93,9 +95,10 @@ class KernelBackend:
     def environments(self, arc: Arc, parts: int) -> list[int] | None:
         """Register the contact states in the middles of a screw's segments, found by compiled code.
 
-        None for other arcs, for patches with points inside, and where ``touched`` does not tell.
+        None for other arcs, for patches with points inside, and where ``touched`` does not tell;
+        and for prescribed ways, whose few arcs are not worth what compiling takes.
         """
-        return self._states.along(arc, parts, self._told)
+        return self._states.along(arc, parts, self._told) if self._many else None
 
     def contacts(self, environment: int) -> ContactState:
         """Return the contact state of a number, as it was first registered."""
