@@ -189,6 +189,31 @@ class KernelBackend:
             self._memo[key] = answer.outcome is not Outcome.BELOW, answer
         return [self._memo[key][1] for key in keys]
 
+    def margins(self, environments: IntArray, sets: IntArray, below: float) -> Array:
+        """Return z (K,) as ``decide_many`` does, -inf where there is none, or less than ``below``.
+
+        Nothing else of the decisions is kept.
+        """
+        if self._cases is not None or self._strong is not None:
+            return np.array([d.z for d in self.decide_many(environments, sets, below)])
+        self.decisions += len(environments)
+        answers = self._answers(environments, sets, below)
+        zs: Array = np.where(answers.ends == modes.STABLE, answers.zs * self.scale, -np.inf)
+        for k in np.flatnonzero(answers.ends == modes.UNPROVEN).tolist():
+            everyone, placements = tuple(range(sets.shape[1])), tuple(sets[k].tolist())
+            zs[k] = self._fall_back(int(environments[k]), everyone, placements).z
+        return zs
+
+    def _answers(self, which: IntArray, rows: IntArray, below: float) -> Decisions:
+        states = States(*self._states.columns(), self._tips, self._f_max, DIRECTIONS)
+        answers = unanswered(*rows.shape)
+
+        def work(part: slice) -> None:
+            decide_rows(states, below / self.scale, which[part], rows[part], answers.part(part))
+
+        share_out(work, len(which))
+        return answers
+
     def _solve_many(self, which: IntArray, rows: IntArray, below: float) -> list[ModeDecision]:
         K = len(which)
         if K == 0:
@@ -197,21 +222,10 @@ class KernelBackend:
         if self._cases is not None:
             answers = self._cases.decide_many(which, rows, below)
             cut = [self._cases.load(*pair) for pair in zip(which, answers.loads, strict=True)]
-            return [
-                self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)
-            ]
-        columns = self._states.columns()
-        states = States(*columns, self._tips, self._f_max, DIRECTIONS)
-        answers = unanswered(K, rows.shape[1])
-
-        def work(part: slice) -> None:
-            decide_rows(states, below / self.scale, which[part], rows[part], answers.part(part))
-
-        share_out(work, K)
-        return [
-            self._answer(int(which[k]), rows[k], answers, k, columns.loads[which[k]], below)
-            for k in range(K)
-        ]
+        else:
+            answers = self._answers(which, rows, below)
+            cut = list(self._states.columns().loads[which])
+        return [self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)]
 
     def _answer(
         self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array,

@@ -21,9 +21,7 @@ from gm_ompl.graph.kept_tables import (
     FAILED,
     READY,
     STATES,
-    STATES_WANTED,
-    TEST_WANTED,
-    TESTED,
+    WANTED,
     KeptArcs,
     KeptSets,
     KeptTables,
@@ -99,10 +97,10 @@ class KeptGraph:
                 np.zeros((1, F, P), dtype=bool), np.full((1, parts), -1),
             ),
             _new_book(max(1024, 2 * S), 1 << 16),
-            Prices(problem.cost.stability, problem.z_floor),
+            Prices(problem.cost.stability, problem.z_floor, np.empty(parts)),
         )  # fmt: skip
         self._met(self._graph.start)
-        begin(self.tables.book, self.tables.hands, self.tables.poses)
+        begin(self.tables)
 
     def _sets(self) -> IntArray:
         """Return the sets (S, n) that start and goal allow."""
@@ -231,23 +229,23 @@ class KeptGraph:
 
     def answer(self) -> None:
         """Find what was asked for."""
-        arcs, kinds = self.tables.arcs, len(self._kinds)
-        tests = np.flatnonzero(arcs.stages[:kinds] == TEST_WANTED).tolist()
-        states = np.flatnonzero(arcs.stages[:kinds] == STATES_WANTED).tolist()
-        for kind in tests:
-            self._test(kind)
-        for kind in states:
-            found = self._judge.environments(self._of_kind[kind])
-            arcs.states[kind, : len(found)], arcs.stages[kind] = found, READY
+        wanted = self.tables.arcs.stages[: len(self._kinds)] == WANTED
+        for kind in np.flatnonzero(wanted).tolist():
+            self._learn(kind)
         self._decide()
 
-    def _test(self, kind: int) -> None:
-        """Find where fingertips are free along a class of arcs."""
+    def _learn(self, kind: int) -> None:
+        """Find where fingertips are free along a class of arcs, and its contact states."""
         arcs, step = self.tables.arcs, self._of_kind[kind]
         found = self._judge.passing(step, self._graph.pose(step.head))
-        arcs.stages[kind] = TESTED if found.object_free else BLOCKED
+        passes = found.object_free and all(free.any() for free in found.free)
+        arcs.stages[kind] = READY if passes else BLOCKED
+        if not passes:
+            return
         for f, i in enumerate(self._fingers):
             arcs.free[kind, f] = found.free[i]
+        states = self._judge.environments(step)
+        arcs.states[kind, : len(states)] = states
 
     def _decide(self) -> None:
         """Decide the margins that were asked for."""
@@ -257,8 +255,7 @@ class KeptGraph:
         if not len(new):
             return
         hands = self.tables.hands
-        found = backend.decide_many(new[:, 0].copy(), hands.rows[new[:, 1]], z_min)
-        zs = np.array([decision.z for decision in found])
+        zs = backend.margins(new[:, 0].copy(), hands.rows[new[:, 1]], z_min)
         learn(book, len(hands.rows), np.where(zs >= z_min, zs, FAILED))
 
     def way(self, number: int) -> list[int]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.graph.kept_tables import (
     ARRIVED,
     ASKED,
@@ -20,8 +20,8 @@ from gm_ompl.graph.kept_tables import (
     READY,
     SAME,
     STATES,
-    TESTED,
-    UNTESTED,
+    UNKNOWN,
+    WANTED,
     KeptArcs,
     KeptSets,
     KeptTables,
@@ -37,7 +37,7 @@ def _home(key: int, slots: int) -> int:
     return int(np.int64((mixed ^ (mixed >> np.uint64(32))) & np.uint64(slots - 1)))
 
 
-@compiled
+@lean
 def find(book: StateBook, pose: int, hand: int) -> int:
     """Return the slot of a state, or the empty one where it would be."""
     slot = _home(pose * 0x1000003 + hand, len(book.slots))
@@ -49,7 +49,7 @@ def find(book: StateBook, pose: int, hand: int) -> int:
     return int(slot)
 
 
-@compiled
+@lean
 def margin_slot(asks: IntArray, ask: int) -> int:
     """Return the slot of a margin, or the empty one where it would be."""
     slot = _home(ask, len(asks))
@@ -78,44 +78,53 @@ def learn(book: StateBook, sets: int, zs: Array) -> None:
     book.counts[ASKED] = 0
 
 
-@compiled
+@lean
 def ahead(hands: KeptSets, poses: Poses, pose: int, hand: int) -> float:
     """Return a lower bound on the cost from a state to the goal."""
     most = 0.0
     for i in range(hands.rows.shape[1]):
         most = max(most, poses.onward[pose, hands.shapes[i], hands.rows[hand, i]])
     if hands.known[hand]:
-        x, z, turn = poses.places[pose]
+        x, z, turn = poses.places[pose, 0], poses.places[pose, 1], poses.places[pose, 2]
         most = max(most, potential(hands.potentials[hand], x, z, turn, hands.target))
     return float(most)
 
 
-@compiled
-def put(book: StateBook, number: int, state: tuple[int, int], way: tuple[float, int, int]) -> None:
-    """Write a state's cost, parent and arc; it is open."""
-    book.pose[number], book.hand[number] = state
-    book.cost[number], book.parent[number], book.via[number] = way
-    book.key[number] = book.cost[number] + book.bound[number]
-
-
-@compiled
-def begin(book: StateBook, hands: KeptSets, poses: Poses) -> None:
-    """Open all sets at the start, pose 0."""
-    for hand in range(len(hands.rows)):
+@lean
+def meet(pose: int, hand: int, tables: KeptTables) -> int:
+    """Return the number of a state; a new one costs +inf and is not open."""
+    book = tables.book
+    slot = find(book, pose, hand)
+    if book.slots[slot] == EMPTY:
         number = book.counts[STATES]
-        book.slots[find(book, 0, hand)] = number
-        book.bound[number] = ahead(hands, poses, 0, hand)
-        put(book, number, (0, hand), (0.0, EMPTY, EMPTY))
         book.counts[STATES] += 1
+        book.slots[slot], book.pose[number], book.hand[number] = number, pose, hand
+        book.cost[number] = book.key[number] = np.inf
+        book.bound[number] = ahead(tables.hands, tables.poses, pose, hand)
+    return int(book.slots[slot])
+
+
+@lean
+def put(book: StateBook, number: int, cost: float, parent: int, via: int) -> None:
+    """Write a state's cost, parent and arc; it is open."""
+    book.cost[number], book.parent[number], book.via[number] = cost, parent, via
+    book.key[number] = cost + book.bound[number]
 
 
 @compiled
+def begin(tables: KeptTables) -> None:
+    """Open all sets at the start, pose 0."""
+    for hand in range(len(tables.hands.rows)):
+        put(tables.book, meet(0, hand, tables), 0.0, EMPTY, EMPTY)
+
+
+@lean
 def expand(which: IntArray, limit: float, tables: KeptTables) -> None:
     """Follow the arcs from open states, up to plans of a bound of at most ``limit``.
 
     The states' poses must have their arcs, and the book room for what may come.
     """
-    hands, poses, _, book, _ = tables
+    hands, poses, book = tables.hands, tables.poses, tables.book
     for number in which:
         hand, pose = book.hand[number], book.pose[number]
         book.key[number], nearest = np.inf, np.inf
@@ -125,36 +134,30 @@ def expand(which: IntArray, limit: float, tables: KeptTables) -> None:
         book.key[number] = min(book.key[number], nearest)
 
 
-@compiled
+@lean
 def _follow(number: int, arc: int, limit: float, tables: KeptTables) -> float:
     """Follow an arc; return the bound of plans by it where it is still to be followed, or +inf."""
     hands, poses, arcs, book, _ = tables
     hand, head, kind = book.hand[number], arcs.heads[arc], arcs.kinds[arc]
     stage, form, here = arcs.stages[kind], arcs.forms[arc], book.cost[number]
     known = False
-    if stage == BLOCKED or not (stage < TESTED or _is_free(arcs, kind, hands, hand)):
+    if stage == BLOCKED or (stage == READY and not _is_free(arcs, kind, hands, hand)):
         return np.inf
     cost, _ = _price(-1, form, hand, tables)
-    slot = find(book, head, hand)
-    there = book.slots[slot]
-    if there != EMPTY and book.cost[there] <= (here + cost) * (1.0 + SAME):
+    there = meet(head, hand, tables)
+    if book.cost[there] <= (here + cost) * (1.0 + SAME):
         return np.inf
-    bound = book.bound[there] if there != EMPTY else ahead(hands, poses, head, hand)
-    if stage == READY and here + cost + bound <= limit:
+    if stage == READY and here + cost + book.bound[there] <= limit:
         cost, known = _price(kind, form, hand, tables)
-        if known and there != EMPTY and book.cost[there] <= (here + cost) * (1.0 + SAME):
+        if known and book.cost[there] <= (here + cost) * (1.0 + SAME):
             return np.inf
-    total = here + cost + bound
+    total = here + cost + book.bound[there]
     if stage != READY or not known or total > limit:
-        if total <= limit and stage in (UNTESTED, TESTED):
-            arcs.stages[kind] = stage + 1
+        if total <= limit and stage == UNKNOWN:
+            arcs.stages[kind] = WANTED
         return float(total)
-    if there == EMPTY:
-        there = book.counts[STATES]
-        book.counts[STATES] += 1
-        book.slots[slot], book.bound[there] = there, bound
-    put(book, there, (head, hand), (here + cost, number, arc))
-    book.counts[ARRIVED] += poses.goal[head]
+    put(book, there, here + cost, number, arc)
+    book.counts[ARRIVED] += tables.poses.goal[head]
     return np.inf
 
 
@@ -167,30 +170,28 @@ def _is_free(arcs: KeptArcs, kind: int, hands: KeptSets, hand: int) -> bool:
     return free
 
 
-@compiled
+@lean
 def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, bool]:
     """Return Eq. (9), and whether it is known; by travel alone where it is not, or without kind.
 
-    The first margin that is not known is asked for.
+    Margins that are not known are asked for.
     """
-    hands, _, arcs, book, prices = tables
-    lengths, known, cost = arcs.lengths[form], kind >= 0, 0.0
-    parts = lengths.shape[2]
-    factors = np.ones(parts)
-    for j in range(parts if known else 0):
-        state = arcs.states[kind, j]
-        z = np.inf if state < 0 else _margin(state, hand, len(hands.rows), book)
+    hands, arcs, prices = tables.hands, tables.arcs, tables.prices
+    known, cost, parts = kind >= 0, 0.0, arcs.lengths.shape[3]
+    for j in range(parts):
+        z = np.inf
+        if kind >= 0 and arcs.states[kind, j] >= 0:
+            z = _margin(arcs.states[kind, j], hand, len(hands.rows), tables.book)
         if z == FAILED:
             return np.inf, True
         if np.isnan(z):
-            known = False
-            factors[:] = 1.0
-            break
-        factors[j] = 1.0 + prices.X_stab / max(z, prices.z_floor)
+            known, z = False, np.inf
+        prices.factors[j] = 1.0 + prices.X_stab / max(z, prices.z_floor)
     for i in range(hands.rows.shape[1]):
         travel = 0.0
         for j in range(parts):
-            travel += factors[j] * lengths[hands.shapes[i], hands.rows[hand, i], j]
+            length = arcs.lengths[form, hands.shapes[i], hands.rows[hand, i], j]
+            travel += prices.factors[j] * length
         cost = max(cost, travel)
     return cost, known
 

@@ -10,8 +10,8 @@ from gm_ompl.graph.potentials import PlaneGoal
 SAME: Final = 1e-12
 """A way cheaper by less than this, relatively, is no better: sums differ by rounding."""
 
-UNTESTED, TEST_WANTED, TESTED, STATES_WANTED, READY, BLOCKED = range(6)
-"""What is known of a class of arcs: nothing, where fingertips are free, contact states, too."""
+UNKNOWN, WANTED, READY, BLOCKED = range(4)
+"""What is known of a class of arcs: nothing; all; or that no hand passes."""
 
 STATES, ASKED, ARRIVED = range(3)
 """Which of ``StateBook.counts`` is which: states, margins asked for, ways to the goal."""
@@ -69,7 +69,7 @@ class KeptArcs(NamedTuple):
         forms: (A,), their row in ``lengths``.
         kinds: (A,), their row in what follows.
         lengths: (R, F, P, parts), |dq_finger i,j| of Eq. (9).
-        stages: (K,), UNTESTED to BLOCKED.
+        stages: (K,), UNKNOWN to BLOCKED.
         free: (K, F, P), whether a fingertip is free all along.
         states: (K, parts), contact states; -1 behind the last.
     """
@@ -116,10 +116,11 @@ class StateBook(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """What Eq. (9) goes by, units of force."""
+    """What Eq. (9) goes by, units of force; ``factors`` (parts,) is room for 1 + X_stab / z."""
 
     X_stab: float
     z_floor: float
+    factors: Array
 
 
 class KeptTables(NamedTuple):

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 
 SLOPES = np.array([0.0, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 2.0**0.5])
 """The lengths of y that are tried."""
@@ -108,7 +108,7 @@ def _gain(x: float, z: float, slope: float) -> float:
     return float(more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))))
 
 
-@compiled
+@lean
 def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) -> float:
     """Return the best lower bound on what is left to travel.
 
@@ -125,7 +125,7 @@ def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) 
         off = target.turn - turn
         left = max(0.0, abs(np.arctan2(np.sin(off), np.cos(off))) - target.angle)
     for k in range(len(found)):
-        o_x, o_z, slope, rate = found[k]
+        o_x, o_z, slope, rate = found[k, 0], found[k, 1], found[k, 2], found[k, 3]
         if slope == 0.0 and rate == 0.0:
             continue
         arm = np.hypot(o_x, o_z)
