@@ -75,10 +75,7 @@ class KernelBackend:
         self.learn = self.pool.add
 
     def of_hand(self, problem: Problem) -> KernelBackend:
-        """Return a back end for a problem that differs from this one's in the placements alone.
-
-        Contact states have the same numbers in both.
-        """
+        """Return one for a problem with other placements; its contact states' numbers are ours."""
         other = KernelBackend(problem)
         other._states = self._states
         return other
@@ -93,10 +90,9 @@ class KernelBackend:
         return self._states.number(contacts, self._told)
 
     def environments(self, arc: Arc, parts: int) -> list[int] | None:
-        """Register the contact states in the middles of a screw's segments, found by compiled code.
+        """Register the contact states in the middles of a screw's segments, by compiled code.
 
-        None for other arcs, for patches with points inside, and where ``touched`` does not tell;
-        and for prescribed ways, whose few arcs are not worth what compiling takes.
+        None where that does not tell, and for prescribed ways: it takes long to compile.
         """
         return self._states.along(arc, parts, self._told) if self._many else None
 
@@ -190,10 +186,7 @@ class KernelBackend:
         return [self._memo[key][1] for key in keys]
 
     def margins(self, environments: IntArray, sets: IntArray, below: float) -> Array:
-        """Return z (K,) as ``decide_many`` does, -inf where there is none, or less than ``below``.
-
-        Nothing else of the decisions is kept.
-        """
+        """Return z (K,) as ``decide_many`` does, -inf where it is less; decisions are not kept."""
         if self._cases is not None or self._strong is not None:
             return np.array([d.z for d in self.decide_many(environments, sets, below)])
         self.decisions += len(environments)

@@ -137,7 +137,7 @@ def expand(which: IntArray, limit: float, tables: KeptTables) -> None:
 @lean
 def _follow(number: int, arc: int, limit: float, tables: KeptTables) -> float:
     """Follow an arc; return the bound of plans by it where it is still to be followed, or +inf."""
-    hands, poses, arcs, book, _ = tables
+    hands, arcs, book = tables.hands, tables.arcs, tables.book
     hand, head, kind = book.hand[number], arcs.heads[arc], arcs.kinds[arc]
     stage, form, here = arcs.stages[kind], arcs.forms[arc], book.cost[number]
     known = False
