@@ -26,7 +26,7 @@ ANY_AXIS = np.array([0.0, 0.0, 1.0])
 """A translation's."""
 
 
-class Course(NamedTuple):
+class PackedScrew(NamedTuple):
     """A screw, as compiled code reads it.
 
     Attributes:
@@ -46,7 +46,7 @@ class Course(NamedTuple):
     rate: float
 
 
-class States(NamedTuple):
+class StateRoom(NamedTuple):
     """Room for contact states, object frame, one behind the other.
 
     Attributes:
@@ -94,9 +94,9 @@ class ArcStates:
         piece, origin = arc.whole, arc.origin
         rate, begin = arc.last - arc.first, (origin.rotation.copy(), origin.position.copy())
         if isinstance(piece, Slide):
-            course = Course(*begin, piece.by.copy(), ANY_AXIS, 0.0, rate)
+            course = PackedScrew(*begin, piece.by.copy(), ANY_AXIS, 0.0, rate)
         else:
-            course = Course(*begin, piece.pivot.copy(), piece.axis.copy(), piece.angle, rate)
+            course = PackedScrew(*begin, piece.pivot.copy(), piece.axis.copy(), piece.angle, rate)
         looks = arc.first + looks * rate
         past = NO_ROOM
         while past == NO_ROOM:
@@ -123,16 +123,18 @@ class ArcStates:
         return ContactState(points, normals, s.slip[part], s.rotations[k], surfaces)
 
 
-def _room(contacts: int, states: int) -> States:
+def _room(contacts: int, states: int) -> StateRoom:
     """Return room for so many contacts and states."""
-    return States(
+    return StateRoom(
         sheet(contacts), np.empty((contacts, 3)), np.empty((states, 3, 3)),
         np.empty((states, 2), dtype=np.int64), np.empty(COLUMNS * contacts + 9 * states),
     )  # fmt: skip
 
 
 @compiled_as_written
-def states_along(course: Course, fractions: Array, world: Solids, found: States, D: float) -> int:
+def states_along(
+    course: PackedScrew, fractions: Array, world: Solids, found: StateRoom, D: float
+) -> int:
     """Write the contact states at fractions (K,) of a screw; return what ``touched`` does."""
     past, end, p, linear = 0, 0, np.empty(3), np.empty(3)
     angular = np.zeros(3)
@@ -158,7 +160,7 @@ def states_along(course: Course, fractions: Array, world: Solids, found: States,
 
 
 @inlined
-def _move(course: Course, fraction: float, R: Array, p: Array) -> None:
+def _move(course: PackedScrew, fraction: float, R: Array, p: Array) -> None:
     """Write the pose after a fraction of a screw."""
     if course.angle == 0.0:
         for c in range(3):
@@ -210,7 +212,7 @@ def _fastest(world: Solids, R: Array, linear: Array, angular: Array) -> float:
 
 @compiled_as_written
 def _kept(
-    found: States, first: int, past: int, pose: tuple[Array, Array], twist: tuple[Array, Array],
+    found: StateRoom, first: int, past: int, pose: tuple[Array, Array], twist: tuple[Array, Array],
     slow: float,
 ) -> int:  # fmt: skip
     """Leave out what separates, and write the others in the object frame; return the end."""
@@ -242,7 +244,7 @@ def _kept(
 
 
 @compiled_as_written
-def _key(found: States, first: int, past: int, k: int, start: int, D: float) -> int:
+def _key(found: StateRoom, first: int, past: int, k: int, start: int, D: float) -> int:
     """Write the key of state ``k`` as ``contact_key`` has it; return what is past it."""
     unit, n, some = 10.0**DECIMALS, past - first, False
     for i in range(first, past):
