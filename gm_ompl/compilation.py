@@ -16,7 +16,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
@@ -59,14 +58,14 @@ def _source_hash() -> str:
 
 def _cache_folder() -> Path | None:
     """Return a writable folder for machine code, or None where nothing is writable."""
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(home) / "gm_ompl" / f"kernel-{_source_hash()}"
     try:
+        home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+        folder = Path(home) / "gm_ompl" / f"kernel-{_source_hash()}"
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".probe-{os.getpid()}"
         probe.touch()
         probe.unlink()
-    except OSError:
+    except (OSError, RuntimeError):  # the user may have no home
         return None
     return folder
 
@@ -113,39 +112,63 @@ _announced = False
 def announce() -> None:
     """Say that the first use takes a while, before it does."""
     global _announced
-    if not _announced and not is_compiled():
+    known, _announced = _announced, True
+    if not known and not is_compiled():
         _log.info("compiling the mechanics kernel, once: this takes about a minute")
-    _announced = True
 
 
-_compiling = False
-
-
-@contextmanager
-def _making() -> Iterator[None]:
-    """Make or load machine code inside the block; the budgets' clock stands still.
+@final
+class _Making:
+    """Machine code is made or loaded inside the block; the budgets' clock stands still.
 
     Garbage waits meanwhile: looking for it takes a tenth of the time, and little is left behind.
+    Callees and other threads may be inside as well: their time counts once.
     """
-    global _compiling
-    if _compiling:  # a callee: its time is its caller's
-        yield
-        return
-    announce()
-    collects, started = gc.isenabled(), time.monotonic()
-    _compiling = True
-    gc.disable()
-    try:
-        yield
-    finally:
-        _compiling = False
-        if collects:
-            gc.enable()
-        clock.stand_still(time.monotonic() - started)
+
+    def __init__(self) -> None:
+        self._lock, self._inside = threading.Lock(), 0
+        self._collects, self._started = False, 0.0
+
+    def __enter__(self) -> None:
+        announce()
+        with self._lock:
+            self._inside += 1
+            if self._inside == 1:
+                self._collects, self._started = gc.isenabled(), time.monotonic()
+                gc.disable()
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                if self._collects:
+                    gc.enable()
+                clock.stand_still(time.monotonic() - self._started)
+
+
+_MAKING: Final = _Making()
 
 
 _LOCK: Final = threading.RLock()
 """Held while numba is loaded, or makes a function: threads may call the same one first."""
+
+
+def _saving(save: Callable[..., None]) -> Callable[..., None]:
+    """Return what saves machine code where it can: a full disk ends no search."""
+
+    def saved(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            _unsaved(str(error.strerror))
+
+    return saved
+
+
+@functools.cache
+def _unsaved(why: str) -> None:
+    """Say so, once."""
+    _log.warning("machine code cannot be kept in %s (%s): it will be compiled anew", CACHE, why)
 
 
 @final
@@ -190,10 +213,12 @@ class Kernel:
             def compile_once(signature: Any) -> Any:
                 # Else numba compiles anew, callers included, for every constant in a call.
                 arguments, _ = numba.core.sigutils.normalize_signature(signature)
-                with _making():
+                with _MAKING:
                     return general(tuple(map(numba.types.unliteral, arguments)))
 
             jitted.compile = compile_once
+            if self._options.get("cache"):
+                jitted._cache.save_overload = _saving(jitted._cache.save_overload)
         return jitted
 
     @property

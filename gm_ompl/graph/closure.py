@@ -146,9 +146,17 @@ class Closure:
         """Take in the next node."""
         if len(self._leaving) % 32 == 0 and self._stop():
             raise LimitError
-        _, first = heapq.heappop(self._open)
+        first = self._open[0][1]  # ``next`` was asked, and takes it from there once it is in
         arcs = self._graph.arcs_from(first)
         self._leaving[first] = [arc for arc in arcs if self._lifts or not arc.bare]
+        try:
+            self._spread(first)
+        except BaseException:
+            del self._leaving[first]  # where it leads to is not known yet: plans may pass it
+            raise
+
+    def _spread(self, first: int) -> None:
+        """Take the arcs into account that leave a node, and what follows for others."""
         waiting = deque([first])
         while waiting:
             limits.check()

@@ -102,10 +102,10 @@ def unpacked(files: Mapping[str, str]) -> Path:
     """
     digest = hashlib.sha256(repr(sorted(files.items())).encode()).hexdigest()[:32]
     contents = {name: _content(name, text) for name, text in files.items()}
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gm_ompl" / "hands"
     try:
-        return _in_folder(home, digest, contents)
-    except OSError:
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        return _in_folder(home / "gm_ompl" / "hands", digest, contents)
+    except (OSError, RuntimeError):  # the user may have no home
         return _in_folder(Path(tempfile.mkdtemp(prefix="gm_ompl-")), digest, contents)
 
 

@@ -26,6 +26,9 @@ from gm_ompl.problem import Problem
 TURN: Final = 1.0
 """Lanes are searched so long [s] before plans without regrasping are searched for apart."""
 
+PER_SECOND: Final = 2000
+"""Where iterations are limited so many count as a second: then turns fall the same every time."""
+
 FEW_NODES: Final = 4000
 """Where these may have the proof, larger parts of the object graph are not searched over lanes."""
 
@@ -52,12 +55,15 @@ class FreeSearch:
         self._began = self._reached = False
         self._counts = np.zeros((2, 2), dtype=np.int64)  # expanded, generated: before, in this part
         self._taken = [0.0, 0.0]  # by lanes, and by plans without regrasping [s]
+        self._asked = 0  # iterations of both
+        self._paused = False  # whether a turn of lanes was over
+        self._resting = False  # whether lanes leave the proof to plans without regrasping
 
     def run(self) -> SearchResult:
         """Search for a plan of least cost."""
         try:
             closure = Closure(self._judge, self._log.meter.spent)
-            while not (self._by_lanes(closure) or self._keep(SHARE * self._taken[0])):
+            while not (self._by_lanes(closure) or self._keep()):
                 pass
         except KeyboardInterrupt:
             self._take_kept()
@@ -71,18 +77,25 @@ class FreeSearch:
 
     def _by_lanes(self, closure: Closure) -> bool:
         """Let lanes have a turn; whether that is all."""
-        elapsed, before = self._log.meter.elapsed, self._log.meter.elapsed()
-        turn = math.inf
+        before, turn, self._paused = self._now(), math.inf, False
         if not self._began or (self._kept is not None and not self._kept.done):
             turn = max(TURN, self._taken[1])
 
         def pause() -> bool:
-            return elapsed() - before > turn
+            self._asked += 1
+            self._paused = self._now() - before > turn
+            return self._paused
 
         try:
             return self._grown(closure, pause) and self._search(closure, pause)
         finally:
-            self._taken[0] += elapsed() - before
+            self._taken[0] += self._now() - before
+
+    def _now(self) -> float:
+        """Return how far the search has come [s], or by how many iterations."""
+        meter = self._log.meter
+        limited = meter.budget.max_iterations is not None
+        return self._asked / PER_SECOND if limited else meter.elapsed()
 
     def _grown(self, closure: Closure, pause: Stop) -> bool:
         """Whether there is a part to be searched; where the last one is done, it grows."""
@@ -97,7 +110,8 @@ class FreeSearch:
         kept = self._without_regrasps()
         proves = kept is not None and kept.proves(cost)
         closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
-        return not (closure.next <= cost and proves)
+        self._resting = closure.next <= cost and proves
+        return not self._resting
 
     def _reach(self, closure: Closure, pause: Stop) -> bool:
         """Grow a part until the goal is in it, or it is whole; whether it is so."""
@@ -119,13 +133,13 @@ class FreeSearch:
         """Search a part over lanes, or go on with that; whether that is all."""
         ask = self._problem, self._judge, self._log, self._report
         part = self._part or part_search(PartTask(*ask, closure, self._result.cost))
+        self._log.meter.elsewhere = int(self._counts[0, 0])
         found, self._part = part.run(pause), part
         self._counts[1] = found.statistics["expanded"], found.statistics["generated"]
         before = self._result.lower_bound
         self._result = _within(cheaper(self._result, self._counted(found)), closure.next, before)
         if not part.exhausted:
-            ended = found.status is Status.INTERRUPTED or self._log.meter.spent()
-            return ended or not pause()
+            return found.status is Status.INTERRUPTED or not self._paused
         self._part = None
         self._counts[0] += self._counts[1]
         self._counts[1] = 0
@@ -136,17 +150,19 @@ class FreeSearch:
         counts = self._log.statistics(*self._counts.sum(axis=0).tolist())
         return dataclasses.replace(found, statistics={**found.statistics, **counts})
 
-    def _keep(self, seconds: float) -> bool:
+    def _keep(self) -> bool:
         """Go on with the search for plans without regrasping; whether a plan is optimal."""
         kept = self._without_regrasps()
         if kept is None:
             return False
-        cost, elapsed = self._result.cost, self._log.meter.elapsed
-        while self._taken[1] < seconds and not kept.done:
-            before, expanded = elapsed(), kept.expanded
+        cost, most = self._result.cost, math.inf if self._resting else SHARE * self._taken[0]
+        while self._taken[1] < most and not kept.done:
+            before, expanded = self._now(), kept.expanded
+            self._log.meter.elsewhere = int(self._counts[:, 0].sum())
             kept.step(math.inf if cost is None else cost)
             self._counts[0, 0] += kept.expanded - expanded
-            self._taken[1] += elapsed() - before
+            self._asked += kept.expanded - expanded
+            self._taken[1] += self._now() - before
         self._take_kept()
         return self._result.optimal
 
@@ -159,6 +175,7 @@ class FreeSearch:
         if kept.cost < (math.inf if result.cost is None else result.cost):
             solved = Status.SOLVED, kept.cost, bound, kept.moves()
             self._result = result_of(*solved, dict(counted.statistics))
+            self._log.event(kept.cost, bound, kept.expanded, len(kept.graph.open))
             return
         bound = bound if result.cost is None else min(bound, result.cost)
         optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)
@@ -173,7 +190,7 @@ def _within(result: SearchResult, beyond: float, before: float) -> SearchResult:
         beyond: what plans that leave it cost at least.
         before: what was known that all cost at least.
     """
-    if beyond == math.inf:
+    if result.status is Status.INFEASIBLE and beyond == math.inf:
         return result
     if result.status is Status.INFEASIBLE:
         return dataclasses.replace(result, status=Status.BUDGET, lower_bound=max(beyond, before))

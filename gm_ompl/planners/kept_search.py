@@ -13,6 +13,7 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import IntArray
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.kept_graph import KeptGraph
 from gm_ompl.graph.kept_states import expand
@@ -88,6 +89,8 @@ class KeptSearch:
             LimitError: a limit is reached.
         """
         limits.check()
+        if self._log.meter.spent():
+            raise LimitError
         if self._log.due():
             self._log.event(min(self.cost, enough), self.bound, self.expanded, len(self.graph.open))
         most = min(self.cost, enough) * (1.0 - SAME)

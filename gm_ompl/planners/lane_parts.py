@@ -207,15 +207,13 @@ def moves_along(
 
 
 def cheaper(before: SearchResult, found: SearchResult) -> SearchResult:
-    """Return what a search found, with the plan of an earlier one where that is cheaper."""
-    if before.cost is None or (found.cost is not None and found.cost <= before.cost):
-        return found
-    bound = min(max(before.lower_bound, found.lower_bound), before.cost)
-    interrupted = found.status is Status.INTERRUPTED
-    return dataclasses.replace(
-        before,
-        status=found.status if interrupted else before.status,
-        lower_bound=bound,
-        optimal=before.cost <= bound * (1.0 + PROVEN),
-        statistics=found.statistics,
-    )
+    """Return what a search found, with what an earlier one did where that is better."""
+    bound = max(before.lower_bound, found.lower_bound)
+    best = found
+    if before.cost is not None and (found.cost is None or found.cost > before.cost):
+        interrupted = found.status is Status.INTERRUPTED
+        status = found.status if interrupted else before.status
+        best = dataclasses.replace(before, status=status, statistics=found.statistics)
+    bound = bound if best.cost is None else min(bound, best.cost)
+    optimal = best.cost is not None and best.cost <= bound * (1.0 + PROVEN)
+    return dataclasses.replace(best, lower_bound=bound, optimal=optimal)

@@ -42,6 +42,7 @@ class Log:
         self.meter, self.history = meter, list[list[float | None]]()
         self._judge, self._report, self._next_event = judge, report, 0.0
         self._before = 0 if judge is None else judge.mode_decisions
+        self._cost, self._bound = math.inf, 0.0
 
     @property
     def decisions(self) -> int:
@@ -60,7 +61,11 @@ class Log:
             bound: no plan is cheaper.
             expanded: nodes or lanes expanded, or iterations.
             waiting: length of the open list.
+
+        Searches that take turns know of different plans and bounds: the best of each is told.
         """
+        self._cost, self._bound = min(cost, self._cost), max(bound, self._bound)
+        cost, bound = self._cost, min(self._bound, self._cost)
         now = self.meter.elapsed()
         # Ever rarer: a day's search tells its story in a few hundred events.
         self._next_event = now + max(0.1, 0.02 * now)

@@ -62,10 +62,15 @@ class Budget:
 
 @final
 class Meter:
-    """A budget being spent; its clock starts when it is made."""
+    """A budget being spent; its clock starts when it is made.
+
+    Attributes:
+        budget: likewise.
+        elsewhere: iterations by other parts of the search.
+    """
 
     def __init__(self, budget: Budget) -> None:
-        self.budget = budget
+        self.budget, self.elsewhere = budget, 0
         self._started = clock.now()
         self._limits = Limits(budget.time_limit, budget.memory_limit_mb)
 
@@ -85,7 +90,8 @@ class Meter:
         Cheap enough for inner loops.
         """
         budget = self.budget
-        if budget.max_iterations is not None and iterations >= budget.max_iterations:
+        most = budget.max_iterations
+        if most is not None and self.elsewhere + iterations >= most:
             return True
         if budget.stop is not None and budget.stop():
             return True

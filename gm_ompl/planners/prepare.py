@@ -37,7 +37,11 @@ def prepare(problem: Problem) -> None:
     compilation.announce()
     command = [sys.executable, "-P", "-m", KERNELS]
     quiet, pipe = subprocess.DEVNULL, subprocess.PIPE
-    with subprocess.Popen(command, stdin=quiet, stdout=pipe, stderr=quiet) as other:
+    try:
+        helper = subprocess.Popen(command, stdin=quiet, stdout=pipe, stderr=quiet)
+    except OSError:  # no program of Python's, or no more processes: searches compile by themselves
+        return
+    with helper as other:
         try:
             kernels.passes()
             assert other.stdout is not None

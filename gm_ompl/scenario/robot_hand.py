@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,8 @@ def with_found_files(model: ScenarioModel, notes: Notes) -> ScenarioModel:
     from gm_ompl.hand.packing import packed
 
     def found(name: str) -> FilePath:
-        return (folder / FilePath(name).expanduser()).absolute()
+        # Not Path.expanduser: it raises where a name stands for nobody's home.
+        return (folder / os.path.expanduser(name)).absolute()
 
     path, packages = found(hand.file), {name: found(at) for name, at in hand.packages.items()}
     try:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from unittest import mock
 
 import numpy as np
 import pytest
 
+from gm_ompl import limits
+from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import Pose
@@ -50,3 +54,20 @@ def test_bounds_rise_and_fewer_nodes_serve_cheaper_plans() -> None:
     assert bounds == sorted(bounds) and bounds[0] >= bound * (1.0 - 1e-12)
     kept = [len(closure.leaving(factor * bound)) for factor in (0.5, 1.0, 2.0, math.inf)]
     assert kept == sorted(kept) and kept[0] == 1 < kept[-1]
+
+
+@pytest.mark.parametrize("end", [LimitError, KeyboardInterrupt])
+def test_what_is_broken_off_is_not_in_it(end: type[BaseException]) -> None:
+    """Wherever a limit or Ctrl-C ends it, all plans that are left cost what they did before."""
+    problem = load("free/l-bracket").problem
+    for checks in range(1, 12):
+        closure = Closure(Judge(problem, KernelBackend(problem)))
+        before = closure.next
+        with (
+            mock.patch.object(limits, "check", side_effect=[None] * checks + [end]),
+            contextlib.suppress(end),
+        ):
+            while True:
+                before = closure.next
+                closure.grow(before, len(closure) + 1)
+        assert closure.next == before

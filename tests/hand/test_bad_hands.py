@@ -95,6 +95,7 @@ BAD: dict[str, tuple[Callable[[Tree, Path], None], str, str]] = {
     "unknown key": (keys(torqe=1), "hand.torqe", "did you mean 'torque'"),
     "model no text": (only(model=3), "hand.model", "must be text"),
     "file not there": (only(file="nowhere.urdf"), "hand.file", "no such file"),
+    "file of nobody": (only(file="~nobody-of-that-name/a.urdf"), "hand.file", "no such file"),
     "file no XML": (own("no XML"), "hand.file", "must be a URDF or MJCF"),
     "file empty": (own(""), "hand.file", "must be a URDF or MJCF"),
     "another XML": (own("<svg/>"), "hand.file", "must be a URDF (<robot>)"),

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
+from numba.core import caching
 
 from gm_ompl import clock, compilation
 
@@ -61,6 +65,38 @@ def test_without_a_writable_folder_there_is_no_cache(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     folder = compilation._cache_folder()
     assert folder is not None and folder.is_dir()
+
+
+def test_without_a_home_there_is_no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the user has no home, none is used."""
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(Path, "home", mock.Mock(side_effect=RuntimeError("no home")))
+    assert compilation._cache_folder() is None
+
+
+def test_machine_code_that_cannot_be_kept_is_used(caplog: pytest.LogCaptureFixture) -> None:
+    """A full disk, or a folder that is gone, ends nothing; one line says so."""
+    compilation._unsaved.cache_clear()
+    functions: list[Any] = [compilation.compiled(_double), compilation.compiled(_plus)]
+    with mock.patch.object(caching.IndexDataCacheFile, "save", side_effect=OSError(28, "full")):
+        assert functions[0](1.5 + 0j) == 3 and functions[1](1 + 0j, 2) == 3
+    assert [record.levelno for record in caplog.records].count(logging.WARNING) == 1
+
+
+def test_threads_that_compile_at_once_stop_the_clock_once() -> None:
+    """It never runs backwards."""
+    making = compilation._Making()
+    wall, counted = time.monotonic(), clock.now()
+    with making, making, ThreadPoolExecutor(2) as threads:
+        list(threads.map(lambda _: _inside(making), range(2)))
+    wall, counted = time.monotonic() - wall, clock.now() - counted
+    assert 0.0 <= counted < 0.5 * wall
+    assert gc.isenabled()
+
+
+def _inside(making: Any) -> None:
+    with making:
+        time.sleep(0.05)
 
 
 def _plus(x: int, y: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from unittest import mock
 
@@ -15,8 +16,9 @@ from gm_ompl.graph.closure import Closure
 from gm_ompl.planners import free_search
 from gm_ompl.planners.free_search import FreeSearch
 from gm_ompl.planners.kept_search import KeptSearch
+from gm_ompl.planners.lane_parts import cheaper
 from gm_ompl.planners.outcome import Log
-from gm_ompl.planners.planner import Budget, SearchResult, Status, silent
+from gm_ompl.planners.planner import Budget, Meter, SearchResult, Status, silent
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
 from tests.kept import kept, lanes
@@ -133,3 +135,91 @@ def test_ctrl_c_ends_what_would_have_paused() -> None:
         found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
     assert found.status is Status.INTERRUPTED
     assert part.run.call_count == 1
+
+
+def test_a_limit_ends_what_would_have_paused() -> None:
+    """What breaks lanes off when their turn is over ends the search: they are not gone on with."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    broken = dataclasses.replace(
+        lanes(problem), status=Status.BUDGET, cost=None, moves=(), optimal=False, lower_bound=1.0
+    )
+    part = mock.Mock(exhausted=False)
+    part.run.side_effect = [broken, AssertionError("gone on with")]
+    with (
+        mock.patch.object(free_search, "TURN", 0.0),
+        mock.patch.object(free_search, "part_search", return_value=part),
+        mock.patch.object(Closure, "to_goal", return_value=1.0),
+    ):
+        found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
+    assert found.status is Status.BUDGET
+
+
+def in_turns(problem: Problem, budget: Budget) -> tuple[SearchResult, int]:
+    """What both searches find, told at every step, and how many turns lanes had."""
+    judge = Judge(problem, KernelBackend(problem))
+    search = FreeSearch(problem, judge, Log(budget.start(), judge), silent)
+    with (
+        mock.patch.object(Log, "due", return_value=True),
+        mock.patch.object(search, "_by_lanes", wraps=search._by_lanes) as turns,
+    ):
+        found = search.run()
+    return found, turns.call_count
+
+
+def test_what_is_told_on_the_way_gets_no_worse() -> None:
+    """No cost that was told rises, no bound falls or is above it, whichever search tells them."""
+    problem = load("tasks/reorient", ("fingers.placements.grid=[3, 3]",)).problem
+    with mock.patch.object(free_search, "TURN", 0.0):
+        found, _ = in_turns(problem, Budget())
+    history = found.statistics["history"]
+    costs = [math.inf if cost is None else cost for _, cost, _ in history]
+    bounds = [bound for *_, bound in history]
+    assert costs == sorted(costs, reverse=True) and costs[-1] < math.inf
+    assert bounds == sorted(bounds)
+    assert all(bound <= cost for cost, bound in zip(costs, bounds, strict=True))
+
+
+def test_lanes_that_rest_are_not_asked_again() -> None:
+    """Where larger parts are left to the other search it goes on by itself, to its end."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    cheapest = lanes(problem)
+    with (
+        mock.patch.object(free_search, "TURN", 0.0),
+        mock.patch.object(free_search, "FEW_NODES", 0),
+    ):
+        found, turns = in_turns(problem, Budget())
+    assert found.cost == pytest.approx(cheapest.cost, rel=1e-9) and found.optimal
+    assert turns < 1000
+
+
+@pytest.mark.parametrize("most", [1, 100, 3000])
+def test_limited_iterations_find_the_same_however_fast(most: int) -> None:
+    """Turns are no matter of time then; all that was expanded counts."""
+    problem = load("tasks/reorient", ("fingers.placements.grid=[3, 3]",)).problem
+    results = []
+    for now in (lambda: 0.0, itertools.count().__next__):
+        with mock.patch.object(Meter, "elapsed", side_effect=now):
+            found, _ = in_turns(problem, Budget(max_iterations=most))
+        counts = found.statistics["expanded"], found.statistics["generated"]
+        results.append((found.status, found.cost, found.lower_bound, *counts))
+    assert results[0] == results[1]
+
+
+def test_it_hears_what_stops_the_search() -> None:
+    """A budget's limits are heard there as everywhere."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    judge = Judge(problem, KernelBackend(problem))
+    for budget in (Budget(stop=lambda: True), Budget(time_limit=0.0)):
+        search = KeptSearch.of(judge, Log(budget.start(), judge))
+        assert search is not None
+        with pytest.raises(LimitError):
+            search.step(math.inf)
+
+
+def test_what_is_known_is_not_lost_by_another_part() -> None:
+    """A search of a part, or another of the whole, that knows less leaves the bound as it was."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    knows = dataclasses.replace(lanes(problem), cost=None, moves=(), optimal=False, lower_bound=2.0)
+    less = dataclasses.replace(knows, status=Status.BUDGET, lower_bound=1.0)
+    assert cheaper(knows, less).lower_bound == 2.0
+    assert free_search._within(less, math.inf, 2.0).lower_bound == 2.0

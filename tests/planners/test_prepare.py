@@ -94,3 +94,15 @@ def test_one_core_compiles_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     monkeypatch.setattr(prepare, "cores", lambda: 1)
     monkeypatch.setattr(subprocess, "Popen", None)
     prepare.prepare(load("paper/slide").problem)
+
+
+def test_where_no_process_can_be_started_searches_compile(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Python may be part of a program, or the machine have no more processes."""
+    monkeypatch.setattr(compilation, "CACHE", tmp_path)
+    monkeypatch.setattr(compilation, "is_compiled", lambda: False)
+    monkeypatch.setattr(prepare, "cores", lambda: 2)
+    for nothing in ("", str(tmp_path / "nowhere")):
+        monkeypatch.setattr(sys, "executable", nothing)
+        prepare.prepare(load("paper/slide").problem)
