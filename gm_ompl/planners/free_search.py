@@ -108,7 +108,7 @@ class FreeSearch:
             closure.double()
             return True
         kept = self._without_regrasps()
-        proves = kept is not None and kept.proves(cost)
+        proves = kept is not None and not kept.done and kept.proves(cost)
         closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
         self._resting = closure.next <= cost and proves
         return not self._resting

@@ -192,6 +192,14 @@ def test_lanes_that_rest_are_not_asked_again() -> None:
     assert turns < 1000
 
 
+def test_lanes_go_on_where_the_other_search_is_done() -> None:
+    """Nothing is left to a search that can say no more."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    with mock.patch.object(free_search, "FEW_NODES", 0):
+        found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
+    assert found.optimal
+
+
 @pytest.mark.parametrize("most", [1, 100, 3000])
 def test_limited_iterations_find_the_same_however_fast(most: int) -> None:
     """Turns are no matter of time then; all that was expanded counts."""
