@@ -43,7 +43,7 @@ class Limits:
         self._seconds, self._megabytes = seconds, megabytes
         self._end = math.inf if seconds is None else clock.now() + seconds
         self._bytes = math.inf if megabytes is None else megabytes * MEGABYTE
-        self._around, self._next_reading = around, -math.inf
+        self._around, self._next_reading, self._full = around, -math.inf, False
 
     def left(self) -> float:
         """Return the time left [s]; +inf without a limit."""
@@ -57,8 +57,9 @@ class Limits:
             return f"the time limit of {self._seconds:g} s is reached"
         if self._bytes < math.inf and now >= self._next_reading:
             self._next_reading = now + READING_EVERY
-            if resident_memory() >= self._bytes:
-                return f"the memory limit of {self._megabytes:g} MB is reached"
+            self._full = resident_memory() >= self._bytes
+        if self._full:
+            return f"the memory limit of {self._megabytes:g} MB is reached"
         return "" if self._around is None else self._around.reached()
 
     def passed(self) -> bool:

@@ -219,3 +219,11 @@ def test_an_exact_mesh_is_cut_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decomposition, "_leaves", counted)
     gm_ompl.load("shapes/l-bracket")
     assert len(calls) == 1
+
+
+def test_full_memory_stays_full_between_readings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever asks next hears of it, too, and says so."""
+    monkeypatch.setattr(limits, "READING_EVERY", 1000.0)
+    monkeypatch.setattr(limits, "resident_memory", lambda: 2.0 * limits.MEGABYTE)
+    with limits.holding(megabytes=1.0):
+        assert limits.reached() == limits.reached() == "the memory limit of 1 MB is reached"
