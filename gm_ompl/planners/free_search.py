@@ -23,7 +23,7 @@ from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
 from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.problem import Problem
 
-TURN: Final = 1.0
+TURN: Final = 5.0
 """Lanes are searched so long [s] before plans without regrasping are searched for apart."""
 
 PER_SECOND: Final = 2000
@@ -79,7 +79,7 @@ class FreeSearch:
         """Let lanes have a turn; whether that is all."""
         before, turn, self._paused = self._now(), math.inf, False
         if not self._began or (self._kept is not None and not self._kept.done):
-            turn = max(TURN, self._taken[1])
+            turn = max(TURN, self._taken[1] / SHARE)
 
         def pause() -> bool:
             self._asked += 1
@@ -87,7 +87,12 @@ class FreeSearch:
             return self._paused
 
         try:
-            return self._grown(closure, pause) and self._search(closure, pause)
+            while self._grown(closure, pause):
+                if self._search(closure, pause):
+                    return True
+                if self._paused or pause():
+                    break
+            return False
         finally:
             self._taken[0] += self._now() - before
 
@@ -108,6 +113,8 @@ class FreeSearch:
             closure.double()
             return True
         kept = self._without_regrasps()
+        if kept is not None and cost <= kept.bound * (1.0 + PROVEN):
+            return False
         proves = kept is not None and not kept.done and kept.proves(cost)
         closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
         self._resting = closure.next <= cost and proves
