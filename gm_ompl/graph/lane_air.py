@@ -9,6 +9,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.feasibility.reach import Staying
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.lane import Hub, Lane
 from gm_ompl.problem import Placements, Problem
@@ -37,11 +38,19 @@ class LaneAir:
         self.learnt = set[int]()
         self._start = problem.object_graph.pose(problem.object_graph.start)
         self._landed: dict[Placements, bool] = {}
+        self._outside: dict[tuple[int, Staying, int, int], bool] = {}
 
     def is_outside(self, hub: Hub, node: int, row: int) -> bool:
         """Whether the lifted finger of a hub can get from a placement to outside all pockets."""
         reach = self._judge.reach
-        return not reach.active or reach.outside(self._pose(node), hub.slot, hub.staying, row)
+        if not reach.active:
+            return True
+        key = hub.slot, hub.staying, node, row
+        known = self._outside.get(key)
+        if known is None:
+            known = reach.outside(self._pose(node), hub.slot, hub.staying, row)
+            self._outside[key] = known
+        return known
 
     def joined(self, hub: Hub, node: int, a: int, b: int) -> bool:
         """Whether the lifted finger of a hub gets from one placement to another at a node."""
