@@ -92,7 +92,8 @@ def run() -> None:
         code = Exit.BAD_INPUT
         with suppress(OSError):
             note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
-    gc.freeze()  # else Python looks for garbage in all that libraries loaded: a fifth of a second
+    if "ompl" not in sys.modules:  # whose bindings report what is left as leaks
+        gc.freeze()  # else Python looks for garbage in all that was loaded: a fifth of a second
     sys.exit(int(code))
 
 
