@@ -92,12 +92,3 @@ def distinct(lines: Iterable[Line], near: float) -> list[Line]:
         if not any(line.same(other, near) for other in found):
             found.append(line)
     return found
-
-
-def is_offered(direction: Array, normal: Array, axes: Array) -> bool:
-    """Whether slides along ``axes`` (k, 3) at right angles to ``normal`` add up to a direction."""
-    level = axes[np.abs(axes @ normal) <= SAME]
-    if not len(level):
-        return False
-    rest = direction - level.T @ (level @ direction)  # the axes are at right angles
-    return bool(rest @ rest <= SAME * SAME)
