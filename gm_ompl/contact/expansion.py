@@ -8,7 +8,6 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled, inlined
-from gm_ompl.contact.poses import Book, number
 from gm_ompl.contact.stops import Lengths, free_share
 from gm_ompl.geometry.packed import Drive, Hulls, moved, moved_hull, one, placed, rotation
 from gm_ompl.geometry.stretches import width
@@ -172,25 +171,6 @@ def _widen(pivot: Array, axis: Array, angle: float, low: Array, high: Array) -> 
             if 0.0 < way / angle < 1.0:
                 place = np.cos(way) * arm[k] + np.sin(way) * ahead[k] - arm[k]
                 low[k], high[k] = min(low[k], place), max(high[k], place)
-
-
-@compiled
-def arrive(
-    found: Ended, p: Array, region: Array, slack: float, book: Book, D: float, heads: IntArray
-) -> None:
-    """Write the numbers of the poses (m,) to which motions from a position lead; -1: no arc.
-
-    An arc must keep the centre of mass in the region (2, 3), to ``slack``.
-    """
-    for i in range(len(heads)):
-        heads[i] = -1
-        inside = found.shares[i] > 0.0
-        for k in range(3):
-            inside &= p[k] + found.low[i, k] - region[0, k] >= -slack
-            inside &= p[k] + found.high[i, k] - region[1, k] <= slack
-        if inside:
-            end = plus(p, found.ways[i])
-            heads[i] = number(book, found.rotations[i], end, D)
 
 
 @compiled

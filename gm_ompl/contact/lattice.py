@@ -4,54 +4,55 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
-from collections.abc import Hashable, Iterator, Sequence
-from typing import Final, NamedTuple, final
+from collections.abc import Iterator, Sequence
+from operator import itemgetter
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array
+from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.contact.arc_table import ArcTable
+from gm_ompl.contact.departures import (
+    Departures,
+    Site,
+    Tails,
+    depart,
+    departures,
+    in_reach,
+)
 from gm_ompl.contact.environment import Environment
-from gm_ompl.contact.expansion import Ended, Offered, Room, arrive, ended, forms, touches
-from gm_ompl.contact.lines import SAME, Line
-from gm_ompl.contact.offers import Stand, begins, find, may_begin, offered, rules, stand
+from gm_ompl.contact.expansion import Room
+from gm_ompl.contact.nodes import NONE, NumberedNodes, arrive, join, resting, settle_beginnings
+from gm_ompl.contact.offers import begins, rules, stand
 from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import lengths
-from gm_ompl.contact.touching import Toucher
+from gm_ompl.contact.touching import NO_ROOM, Toucher, sheet
+from gm_ompl.cores import share_out
 from gm_ompl.geometry.packed import packed
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body
+from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.free import SHORTEST, SLACK, FreeMotion
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.motion.object_graph import GraphArc, Way
 from gm_ompl.motion.screw import Piece, Screw, Slide, Tumble
 
-COUNTED: Final = 1e-9
-"""A number of segments that is whole up to this is that number."""
+AT_ONCE: Final = 512
+"""Nodes whose arcs are made between two looks at the limits in force."""
 
-DECIMALS: Final = 7
-"""Lines under way (over D) and places between the grid's (in steps) are told apart by so many."""
+A_FEW: Final = 16
+"""Poses whose motions take longer to find than it takes to start a thread."""
+
+MOTIONS: Final = 16
+"""Motions from a pose that there is room for at first."""
+
+CONTACTS: Final = 64
+"""Contacts that there is room for at first."""
 
 
-NONE_TURNING: Final[tuple[tuple[int, ...], Array]] = ((), np.empty((0, 2, 3)))
-"""Nodes at a place with a rotation under way, and their lines, where there are none."""
-
-
-class Motions(NamedTuple):
-    """What is offered where the object stands in one way, and what it comes to.
-
-    Attributes:
-        offered: the motions.
-        ended: what they come to.
-        forms: (m), equal for motions that are one as the object sees them, whichever way.
-        kinds: (m), as ``GraphArc`` has them.
-    """
-
-    offered: Offered
-    ended: Ended
-    forms: list[int]
-    kinds: list[Hashable]
+Corners: TypeAlias = tuple[Array, Array]
+"""Points and normals (m, 3) of the corners of contact patches, world frame."""
 
 
 @final
@@ -70,197 +71,197 @@ class ContactLattice:
     Attributes:
         start: the node at the start.
         goal_nodes: None: they are not known beforehand.
+        arcs: those that were made, by numbers.
     """
 
     def __init__(
         self, motion: FreeMotion, body: Body, environment: Environment, parts: int, reach: float
     ) -> None:
         self._motion, self._parts, self._D = motion, parts, body.diagonal
-        small, steps = lengths(self._D, environment.contact_tolerance), motion.steps
-        self._rules = rules(steps, motion.start.position, self._D, small.touching)
         self._toucher = Toucher(body, environment)
+        self._site = self._setting(body, environment, reach)
+        self._poses, self._nodes = NumberedPoses(self._D), NumberedNodes()
+        self.arcs = ArcTable(parts, motion.fewest, inside=not motion.ends)
+        self._asked: dict[int, tuple[GraphArc, ...]] = {}
+        self._depths: dict[int, int] | None = None
+        place = self._poses.number(motion.start.rotation, motion.start.position)
+        self.start = int(resting(place, self._nodes.reserve(1, len(self._poses.book.positions))))
+        self.goal_nodes: tuple[int, ...] | None = None
+
+    def _setting(self, body: Body, environment: Environment, reach: float) -> Site:
+        motion, small = self._motion, lengths(self._D, environment.contact_tolerance)
         fixed = packed([piece for o in environment.obstacles for piece in o.body.pieces])
         shortest = SHORTEST * self._D
-        self._room = Room(packed(body.pieces), fixed, environment.floor, small, shortest, parts)
-        self._open = self._room._replace(obstacles=packed([]))
-        self._walls = self._room._replace(floor=False)
+        room = Room(packed(body.pieces), fixed, environment.floor, small, shortest, self._parts)
         own = float(np.linalg.norm(body.vertices, axis=1).max())
         # A pivot is on the object; nothing goes farther from it than twice round the object.
-        self._far = max(own, reach) + max(2.0 * own, steps.translation) + small.touching
-        self._numbered = NumberedPoses(self._D)
-        self._nodes: list[tuple[int, Line | None]] = []
-        self._resting: dict[int, int] = {}
-        self._turning: dict[int, tuple[tuple[int, ...], Array]] = {}
-        self._stands: dict[Hashable, Stand] = {}
-        self._begin: dict[int, bool] = {}
-        self._beside: dict[int, bool] = {}
-        self._over_floor: dict[Hashable, Motions] = {}
-        self._forms: dict[bytes, int] = {}
-        self._arcs: dict[int, tuple[GraphArc, ...]] = {}
-        self._depths: dict[int, int] | None = None
-        place = self._numbered.number(motion.start.rotation, motion.start.position)
-        self.start = self._node(place, None)
-        self.goal_nodes: tuple[int, ...] | None = None
+        far = max(own, reach) + max(2.0 * own, motion.steps.translation) + small.touching
+        return Site(
+            room, room._replace(obstacles=packed([])), self._toucher.world, self._toucher.floor,
+            rules(motion.steps, motion.start.position, self._D, small.touching),
+            motion.region.copy(), SLACK * self._D, far, self._D,
+        )  # fmt: skip
 
     def arcs_from(self, node: int) -> Sequence[GraphArc]:
         """Return the arcs that leave a node."""
-        depth = self._motion.steps.depth
-        if depth is not None and self._depth(node, depth) >= depth:
-            return ()
-        return self._leaving(node)
-
-    def _leaving(self, node: int) -> tuple[GraphArc, ...]:
-        known = self._arcs.get(node)
+        known = self._asked.get(node)
         if known is None:
             limits.check()
-            known = self._arcs[node] = tuple(self._made(node))
+            known = self._asked[node] = () if self._ends(node) else tuple(self._leaving(node))
         return known
+
+    def leave(self, nodes: Sequence[int]) -> None:
+        """Make the arcs that leave nodes, all at once; ``first`` and ``past`` tell which they are.
+
+        Raises:
+            LimitError: a limit is reached; those of some nodes may be made.
+        """
+        book = self._nodes.book
+        wanted = [n for n in dict.fromkeys(nodes) if book.first[n] == NONE and not self._ends(n)]
+        for k in range(0, len(wanted), AT_ONCE):
+            limits.check()
+            self._make(np.array(wanted[k : k + AT_ONCE], dtype=np.int64))
+
+    def spans(self, nodes: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the first arc that leaves each of nodes (N,), and the one behind the last."""
+        book = self._nodes.book
+        gone = np.array([self._ends(n) for n in nodes.tolist()], dtype=bool)
+        return np.where(gone, 0, book.first[nodes]), np.where(gone, 0, book.past[nodes])
+
+    def __len__(self) -> int:
+        """How many nodes there are: 0 to that, the start 0."""
+        return len(self._nodes)
+
+    def poses(self, nodes: IntArray) -> tuple[Array, Array]:
+        """Return the rotations (N, 3, 3) and positions (N, 3) at nodes (N,)."""
+        places, book = self._nodes.book.places[nodes], self._poses.book
+        return book.rotations[places], book.positions[places]
+
+    def _ends(self, node: int) -> bool:
+        """Whether a node is as deep as nodes may be: nothing leaves it."""
+        depth = self._motion.steps.depth
+        return depth is not None and self._depth(node, depth) >= depth
 
     def _depth(self, node: int, most: int) -> int:
         """Return the least number of arcs from the start; all nodes up to ``most`` are made."""
         if self._depths is None:
             depths, layer = {self.start: 0}, [self.start]
             for depth in range(1, most + 1):
+                limits.check()
                 heads = [arc.head for tail in layer for arc in self._leaving(tail)]
                 layer = [head for head in dict.fromkeys(heads) if head not in depths]
                 depths |= dict.fromkeys(layer, depth)
             self._depths = depths
         return self._depths[node]
 
-    def _made(self, node: int) -> Iterator[GraphArc]:
-        """Yield the arcs that leave a node, none of them to where another leads."""
-        (place, way), position = self._nodes[node], self._position(node)
-        motions = self._motions(place, None if way is None else way.moved(-position))
-        heads = np.empty(len(motions.forms), dtype=np.int64)
-        book, slack = self._numbered.reserve(len(heads)), SLACK * self._D
-        arrive(motions.ended, position, self._motion.region, slack, book, self._D, heads)
-        seen = {node}
-        steps = (motions.ended.shares * motions.offered.steps).tolist()
-        turns, bare = motions.offered.turns.tolist(), motions.ended.bare.tolist()
-        inside = not self._motion.ends
-        for i, end in enumerate(heads.tolist()):
-            if end < 0:
-                continue
-            line = None
-            if turns[i] and not self._begins(end):
-                line = Line(position + motions.offered.by[i], motions.offered.axes[i])
-            head = self._node(end, line)
-            if head in seen:
-                continue
-            seen.add(head)
-            pitch, parts, fewest = None, self._parts, self._motion.fewest
-            if steps[i] < 1.0 - COUNTED:
-                parts = max(fewest, math.ceil(self._parts * steps[i] - COUNTED))
-                pitch = 1.0 / (self._parts * steps[i])
-            made = functools.partial(self._screw, place, motions, i, pitch)
-            form = motions.forms[i], parts
-            along = (min(place, end), max(place, end), form)
-            kind, lifts = motions.kinds[i], bare[i] and inside
-            yield GraphArc(head, made, parts, kind, form, along, bare=lifts)
+    def _leaving(self, node: int) -> Iterator[GraphArc]:
+        """Yield the arcs that leave a node, however deep it is."""
+        if self._nodes.book.first[node] == NONE:
+            self._make(np.array([node]))
+        for k in range(int(self._nodes.book.first[node]), int(self._nodes.book.past[node])):
+            yield self.arc(k)
 
-    def _screw(self, place: int, motions: Motions, i: int, pitch: float | None) -> Screw:
-        """Return motion ``i`` from a pose."""
-        pose, offered, ended = self._numbered.pose(place), motions.offered, motions.ended
-        piece: Piece = Slide(ended.ways[i])
-        if offered.turns[i]:
-            angle = float(ended.shares[i]) * float(offered.angles[i])
-            piece = Tumble(offered.by[i] + pose.position, offered.axes[i], angle)
-        return Screw(pose, piece, pitch=pitch, ends=self._motion.ends)
+    def arc(self, k: int) -> GraphArc:
+        """Return arc ``k``."""
+        rows, places = self.arcs.rows, self._nodes.book.places
+        head, parts = int(rows.heads[k]), int(rows.parts[k])
+        ends, form = (int(places[rows.tails[k]]), int(places[head])), (int(rows.forms[k]), parts)
+        kind = None if rows.alone[k] else int(rows.kinds[k])
+        made, along = functools.partial(self._screw, k), (min(ends), max(ends), form)
+        return GraphArc(head, made, parts, kind, form, along, bare=bool(rows.bare[k]))
 
-    def _motions(self, place: int, line: Line | None) -> Motions:
-        """Return the motions at a pose, a rotation under way about a line seen from there."""
-        at, book = self._stand(place), self._numbered.book
-        position, turning = book.positions[place], np.empty((0, 2, 3))
-        if line is not None:
-            turning = np.array([line])
-        if self._near(place):
-            found = offered(at, position, self._rules, turning)
-            return self._cut_short(place, found, self._room, None)
-        stands = int(book.attitudes[place]), int(book.heights[place])
-        known_by: Hashable = None
-        if line is not None:
-            arm = line.point - (line.point @ line.direction) * line.direction
-            numbers = np.round([*(arm / self._D), *line.direction], DECIMALS)
-            known_by = (*(numbers + 0.0).tolist(),)
-        steps = self._motion.steps
-        counts = (position - self._motion.start.position)[list(steps.translate)] / steps.translation
-        key = (stands, (np.round(counts, DECIMALS) % 1.0).tobytes(), known_by)
-        known = self._over_floor.get(key)
-        if known is None:
-            found = offered(at, position, self._rules, turning)
-            known = self._over_floor[key] = self._cut_short(place, found, self._open, stands)
-        return known
+    def courses(self, arcs: IntArray) -> Courses:
+        """Return arcs (m,) as compiled code reads them."""
+        rows = self.arcs.rows
+        begin, end = self.poses(rows.tails[arcs]), self.poses(rows.heads[arcs])
+        way = rows.by[arcs], rows.axes[arcs], rows.angles[arcs]
+        return Courses(*begin, *way, *end, rows.parts[arcs], rows.pitches[arcs])
 
-    def _cut_short(
-        self, place: int, motions: Offered, room: Room, stands: Hashable | None
-    ) -> Motions:
-        """Return what motions come to.
+    def _screw(self, k: int) -> Screw:
+        """Return the motion along arc ``k``."""
+        rows = self.arcs.rows
+        piece: Piece = Slide(rows.by[k])
+        if rows.turns[k]:
+            piece = Tumble(rows.by[k], rows.axes[k], float(rows.angles[k]))
+        pitch = float(rows.pitches[k]) if rows.short[k] else None
+        return Screw(self.pose(int(rows.tails[k])), piece, pitch=pitch, ends=self._motion.ends)
 
-        Args:
-            place: where they begin.
-            motions: what is offered.
-            room: what is in their way.
-            stands: equal where the object stands alike on the floor, with nothing else near.
-        """
-        R, p = self._numbered.book.rotations[place], self._numbered.book.positions[place]
-        found = ended(motions, R, p, room)
-        numbers, ahead = forms(motions, found, R, self._D)
-        own = [self._forms.setdefault(row.tobytes(), len(self._forms)) for row in numbers]
-        kinds: list[Hashable] = [None] * len(own)
-        if stands is not None:
-            kinds = [(stands, one, way) for one, way in zip(own, ahead.tolist(), strict=True)]
-        return Motions(motions, found, own, kinds)
+    def _make(self, nodes: IntArray) -> None:
+        """Make the arcs that leave nodes (N,), which have none yet."""
+        parts = list[tuple[int, Departures]]()
 
-    def _near(self, place: int) -> bool:
-        """Whether an obstacle may be in reach of object or hand around a pose."""
-        known = self._beside.get(place)
-        if known is None:
-            low, high = self._room.obstacles.low, self._room.obstacles.high
-            position = self._numbered.book.positions[place]
-            way = np.minimum(np.maximum(position, low), high) - position
-            reached = np.einsum("ij,ij->i", way, way) <= self._far * self._far
-            known = self._beside[place] = bool(reached.any())
-        return known
+        def work(part: slice) -> None:
+            parts.append((part.start, self._departing(self._nodes.tails(nodes[part]))))
 
-    def _stand(self, place: int) -> Stand:
-        """Return how the object stands at a pose."""
-        book = self._numbered.book
-        R, p = book.rotations[place], book.positions[place]
-        beside = self._near(place) and touches(R, p, self._walls)
-        key = place if beside else (int(book.attitudes[place]), int(book.heights[place]))
-        known = self._stands.get(key)
-        if known is None:
-            points, normals = self._toucher.corners(R, p, with_obstacles=beside)
-            known = self._stands[key] = stand(p, points, normals, self._rules)
-        return known
-
-    def _begins(self, place: int) -> bool:
-        """Whether rotations may begin at a pose."""
-        known = self._begin.get(place)
-        if known is None:
-            R, p = self._numbered.book.rotations[place], self._numbered.book.positions[place]
-            said = may_begin(R, p, self._room, self._rules, self._D)
-            known = self._begin[place] = (
-                begins(self._stand(place).exempt, p, self._rules) if said < 0 else said > 0
+        share_out(work, len(nodes), A_FEW)
+        untold = list[int]()
+        for first, found in sorted(parts, key=itemgetter(0)):
+            some = nodes[first : first + len(found.past)]
+            told = ~found.untold
+            self._join(some[told], found._replace(past=found.past[told], near=found.near[told]))
+            untold += some[found.untold].tolist()
+        for node in untold:
+            tails = self._nodes.tails(np.array([node]))
+            self._join(
+                np.array([node]), self._departing(tails, self._corners(int(tails.places[0])))
             )
-        return known
 
-    def _node(self, place: int, line: Line | None) -> int:
-        """Return the node at a pose with this rotation under way."""
-        if line is None:
-            known = self._resting.get(place)
-            if known is None:
-                known = self._resting[place] = len(self._nodes)
-                self._nodes.append((place, None))
-            return known
-        nodes, lines = self._turning.get(place, NONE_TURNING)
-        row = find(lines, line.point, line.direction, SAME * self._D)
-        if row < 0:
-            row, new = len(nodes), np.array([line])
-            self._turning[place] = ((*nodes, len(self._nodes)), np.concatenate([lines, new]))
-            self._nodes.append((place, line))
-            return len(self._nodes) - 1
-        return nodes[row]
+    def _departing(self, tails: Tails, corners: Corners | None = None) -> Departures:
+        """Return the motions from poses; from one where its contacts are told."""
+        N, told = len(tails.places), -1 if corners is None else len(corners[0])
+        contacts, room = max(CONTACTS, told), MOTIONS * N
+        while True:
+            found, onto = departures(N, room), sheet(contacts)
+            if corners is not None:
+                onto.points[:told], onto.normals[:told] = corners
+            if depart(tails, self._poses.book, self._site, onto, told, found) != NO_ROOM:
+                return found
+            contacts, room = 2 * contacts, 2 * room
+
+    def _corners(self, place: int) -> Corners:
+        """Return the corners of contact patches at a pose, found by plain code where need be."""
+        book, site = self._poses.book, self._site
+        R, p = book.rotations[place], book.positions[place]
+        points, normals = self._toucher.corners(R, p, with_obstacles=in_reach(p, site))
+        return np.array(points), np.array(normals)
+
+    def _join(self, nodes: IntArray, found: Departures) -> None:
+        """Take motions that leave nodes (N,) for arcs."""
+        motions = int(found.past[-1]) if len(nodes) else 0
+        heads, kept = np.empty(motions, np.int64), np.empty(motions, np.int64)
+        poses = self._poses.reserve(motions)
+        arrive(found, poses, self._D, heads)
+        book = self._nodes.reserve(motions, len(poses.positions))
+        self._settle(found, heads)
+        count = join(nodes, found, heads, kept, book, self._site.rules.near, len(self.arcs))
+        heads, kept, places = heads[:count], kept[:count], book.places[nodes]
+        tails = np.repeat(nodes, book.past[nodes] - book.first[nodes])
+        stands = np.column_stack([poses.attitudes[places], poses.heights[places]])
+        of = np.repeat(np.arange(len(nodes)), book.past[nodes] - book.first[nodes])
+        self.arcs.add(tails, heads, kept, found, found.near[of], stands[of])
+
+    def _settle(self, found: Departures, heads: IntArray) -> None:
+        """Find whether rotations may begin where rotations lead."""
+        book, nodes, contacts = self._poses.book, self._nodes.book, CONTACTS
+        while True:
+            asked = found.turns, heads, nodes, book, self._site, sheet(contacts)
+            place = settle_beginnings(*asked)
+            if place == book.counts[0]:
+                return
+            if place == NO_ROOM:
+                contacts *= 2
+                continue
+            p = book.positions[place]
+            at = stand(p, *self._corners(place), self._site.rules)
+            nodes.begins[place] = int(begins(at.exempt, p, self._site.rules))
+
+    def arrived(self, nodes: IntArray) -> BoolArray:
+        """Return at which of nodes (N,) the object has arrived."""
+        goal, (_, positions) = self._motion.goal, self.poses(nodes)
+        off = positions - np.clip(positions, goal.low, goal.high)
+        near: BoolArray = np.linalg.norm(off, axis=1) <= goal.distance + SLACK * self._D
+        near[near] = [self.in_goal(node) for node in nodes[near].tolist()]
+        return near
 
     def in_goal(self, node: int) -> bool:
         """Whether the object has arrived at a node."""
@@ -268,11 +269,7 @@ class ContactLattice:
 
     def pose(self, node: int) -> Pose:
         """Return the object's pose at a node."""
-        return self._numbered.pose(self._nodes[node][0])
-
-    def _position(self, node: int) -> Array:
-        position: Array = self._numbered.book.positions[self._nodes[node][0]]
-        return position
+        return self._poses.pose(int(self._nodes.book.places[node]))
 
     def coordinates(self, node: int) -> Coordinates:  # noqa: ARG002
         """Return no coordinates: there are none."""
@@ -282,7 +279,7 @@ class ContactLattice:
         """Return the way past nodes that arcs join, the first of them the start."""
         arcs = []
         for k, (tail, head) in enumerate(itertools.pairwise(nodes), start=1):
-            arc = next(arc for arc in self._leaving(tail) if arc.head == head)
+            arc = next(arc for arc in self.arcs_from(tail) if arc.head == head)
             arcs.append(arc.leading_to(k))
         poses = tuple(self.pose(node) for node in nodes)
         return Way(poses, ((),) * len(nodes), tuple(arcs))

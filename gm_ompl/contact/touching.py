@@ -161,18 +161,22 @@ class Toucher:
     Args:
         body: the object, object frame.
         environment: what it may touch.
+
+    Attributes:
+        world: both, as compiled code reads them.
+        floor: the same without obstacles.
     """
 
     def __init__(self, body: Body, environment: Environment) -> None:
         self._body, self._environment = body, replace(environment, patch_points=0)
-        self._world = solids(body, self._environment)
+        self.world = solids(body, self._environment)
         none = solids(body, replace(environment, obstacles=()))
-        self._floor = self._world._replace(obstacles=none.obstacles, owners=none.owners)
+        self.floor = self.world._replace(obstacles=none.obstacles, owners=none.owners)
         self._onto = sheet(64)
 
     def corners(self, R: Array, p: Array, *, with_obstacles: bool) -> tuple[Array, Array]:
         """Return points and normals (m, 3) at a pose (3, 3), (3,), world frame."""
-        world = self._world if with_obstacles else self._floor
+        world = self.world if with_obstacles else self.floor
         past = touched(R, p, world, self._onto, 0)
         while past == NO_ROOM:
             self._onto = sheet(2 * len(self._onto.points))

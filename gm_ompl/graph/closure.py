@@ -186,7 +186,8 @@ class Closure:
         """Return a lower bound on plans that pass a node."""
         onward = self._onward.get(node)
         if onward is None:
-            onward = self._onward[node] = self._goal.distances(self._graph.pose(node))
+            pose = self._graph.pose(node)
+            onward = self._onward[node] = self._goal.distances(pose.rotation, pose.position)
         return self._bound(node, onward, 0.0)
 
     def _bound(self, node: int, onward: Array, best: float) -> float:

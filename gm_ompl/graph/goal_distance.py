@@ -7,7 +7,6 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.motion.free import PoseGoal
 
 
@@ -35,11 +34,16 @@ class GoalDistance:
         else:
             self._slack += arms
 
-    def distances(self, pose: Pose) -> Array:
-        """Return lower bounds (P,) on the way to the goal of fingertips at a pose."""
-        off = self._tips @ pose.rotation.T - self._at
-        low, high = self._goal.low - pose.position, self._goal.high - pose.position
-        way = np.maximum(np.maximum(low - off, off - high), 0.0)
-        level = np.maximum(np.hypot(way[:, 0], way[:, 1]) - self._around, 0.0)
-        least: Array = np.maximum(np.hypot(level, way[:, 2]) - self._slack, 0.0)
+    def distances(self, rotations: Array, positions: Array) -> Array:
+        """Return lower bounds (..., P) on the way to the goal of fingertips.
+
+        Args:
+            rotations: (..., 3, 3), of the object.
+            positions: (..., 3), of its centre of mass.
+        """
+        off = self._tips @ rotations.swapaxes(-1, -2) - self._at
+        low, high = self._goal.low - positions, self._goal.high - positions
+        way = np.maximum(np.maximum(low[..., None, :] - off, off - high[..., None, :]), 0.0)
+        level = np.maximum(np.hypot(way[..., 0], way[..., 1]) - self._around, 0.0)
+        least: Array = np.maximum(np.hypot(level, way[..., 2]) - self._slack, 0.0)
         return least

@@ -16,7 +16,6 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.potentials import POTENTIALS, SLOPES, PlaneGoal, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
 from gm_ompl.problem import Problem
@@ -150,22 +149,27 @@ class PlanarBounds:
         """Return points (m, 3) of the object as the plane shows them at the start, (m, 2)."""
         return np.ascontiguousarray((points @ self._from.T)[:, self._plane])
 
-    def _turn(self, rotation: Array) -> float:
-        """Return by how much the object is turned [rad], counted from the start."""
+    def _turns(self, rotations: Array) -> Array:
+        """Return by how much the object is turned [rad], (...), counted from the start."""
         i, j = self._plane
-        since = rotation @ self._from.T
-        return math.atan2(since[j, i], since[i, i])
+        since = rotations @ self._from.T
+        turns: Array = np.arctan2(since[..., j, i], since[..., i, i])
+        return turns
 
     def _target(self, goal: PoseGoal) -> PlaneGoal:
         turned = goal.rotation is not None
-        turn = 0.0 if goal.rotation is None else self._turn(goal.rotation)
+        turn = 0.0 if goal.rotation is None else float(self._turns(goal.rotation))
         low, high = goal.low[self._plane], goal.high[self._plane]
         return PlaneGoal(low, high, turned, turn, goal.distance, goal.angle)
 
-    def place(self, pose: Pose) -> tuple[float, float, float]:
-        """Return where the plane shows the centre of mass, and by how much the object is turned."""
-        x, z = pose.position[self._plane].tolist()
-        return x, z, self._turn(pose.rotation)
+    def places(self, rotations: Array, positions: Array) -> Array:
+        """Return where the plane shows the centre of mass, and how far the object is turned.
+
+        Args:
+            rotations: (N, 3, 3), of the object.
+            positions: (N, 3), of its centre of mass.
+        """
+        return np.column_stack([positions[:, self._plane], self._turns(rotations)])
 
     def potentials(self, rows: IntArray) -> Array:
         """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n).

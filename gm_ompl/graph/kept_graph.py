@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, TypeVar, cast, final
+from typing import Any, Final, NamedTuple, TypeVar, cast, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import IntArray
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
+from gm_ompl.graph.kept_chords import arms as arms_of
+from gm_ompl.graph.kept_chords import chords
 from gm_ompl.graph.kept_states import begin, learn, rehash
 from gm_ompl.graph.kept_tables import (
     ASKED,
@@ -21,6 +24,7 @@ from gm_ompl.graph.kept_tables import (
     FAILED,
     READY,
     STATES,
+    UNKNOWN,
     WANTED,
     KeptArcs,
     KeptSets,
@@ -33,7 +37,6 @@ from gm_ompl.graph.potentials import POTENTIALS, PlaneGoal
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import placement_sets
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements
 
 MOST_SETS: Final = 1_000_000
@@ -51,6 +54,20 @@ NOWHERE = PlaneGoal(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
 """A target that no potential is asked for."""
 
 
+NO_ROWS = np.zeros(0, np.int64)
+
+START: Final = 0
+"""The node at the start."""
+
+
+class Known(NamedTuple):
+    """How many of the lattice's poses, classes of arcs and forms were taken in."""
+
+    poses: int
+    kinds: int
+    forms: int
+
+
 @final
 class KeptGraph:
     """States of the object with the whole hand in place, made on demand.
@@ -59,25 +76,24 @@ class KeptGraph:
         judge: of a problem of free motion; its back end is the kernel's.
 
     Attributes:
-        tables: what compiled code goes by; others once they have grown.
-        met: the object's nodes, by the numbers of their poses here.
+        tables: what compiled code goes by; others once they have grown. Poses have the numbers of
+            the object's nodes.
     """
 
     def __init__(self, judge: Judge) -> None:
         problem = judge.problem
         motion, hand = problem.motion, problem.fingers
         assert isinstance(motion, FreeMotion)
+        assert isinstance(problem.object_graph, ContactLattice)
         self._judge, self._graph, self._lifts = judge, problem.object_graph, lifts(problem)
+        # With a hand each arc is a class of its own: its joints are asked for there.
+        self._apart, self._ends = problem.hand is not None, motion.ends
         firsts = firsts_of(hand.shapes)
         self._fingers = list(firsts.values())
         number = {shape: f for f, shape in enumerate(firsts)}
         axis = turning_axis(problem)
         self._planar = None if axis is None else PlanarBounds(judge, axis)
         self._goals = [GoalDistance(motion.goal, judge.centres(i)) for i in self._fingers]
-        self._numbers, self.met = dict[int, int](), list[int]()
-        self._steps = list[GraphArc]()
-        self._forms, self._kinds = dict[object, int](), dict[object, int]()
-        self._of_kind = list[GraphArc]()
         P, parts, F = len(hand.placements), problem.cost.samples_per_arc, len(firsts)
         shapes = np.array([number[shape] for shape in hand.shapes], dtype=np.int64)
         rows = self._sets()
@@ -87,25 +103,19 @@ class KeptGraph:
         kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
-            Poses(
-                np.zeros((1, 3)), np.zeros((1, F, P)), np.zeros(1, dtype=bool),
-                np.zeros(1, np.int64), np.zeros(1, np.int64),
-            ),
-            KeptArcs(
-                np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(1, np.int64),
-                np.zeros((1, F, P, parts)), np.zeros(1, np.int64),
-                np.zeros((1, F, P), dtype=bool), np.full((1, parts), -1),
-            ),
+            Poses(np.zeros((0, 3)), np.zeros((0, F, P)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS),
+            _no_arcs(F, P, parts),
             _new_book(max(1024, 2 * S), 1 << 16),
-            Prices(problem.cost.stability, problem.z_floor, np.empty(parts)),
+            Prices(problem.cost.stability, problem.z_floor),
         )  # fmt: skip
-        self._met(self._graph.start)
+        self._known = Known(0, 0, 0)
+        self._meet()
         begin(self.tables)
 
     def _sets(self) -> IntArray:
         """Return the sets (S, n) that start and goal allow."""
         judge, hand = self._judge, self._judge.problem.fingers
-        free = judge.node(self._graph.pose(self._graph.start)).free
+        free = judge.node(self._graph.pose(START)).free
         allowed = restricted(restricted(free, hand.start), hand.goal)
         found = placement_sets(hand.groups(), allowed, judge.clear, MOST_SETS)
         if found is None or not limits.fits(SET_BYTES * len(found)):
@@ -124,14 +134,16 @@ class KeptGraph:
 
     def prepare(self, which: IntArray) -> None:
         """Make what following the arcs from states takes: their poses' arcs, and room."""
-        book = self.tables.book
-        for pose in np.unique(book.pose[which]).tolist():
-            if self.tables.poses.first[pose] == EMPTY:
-                self._leave(pose)
+        of = self.tables.book.pose[which]
+        new = np.unique(of[self.tables.poses.first[of] == EMPTY])
+        if len(new):
+            self._graph.leave(new.tolist())
+            self._meet()
+            poses = self.tables.poses
+            poses.first[new], poses.past[new] = self._graph.spans(new)
+            self._form(new)
         poses = self.tables.poses
-        of = book.pose[which]
-        coming = int((poses.past[of] - poses.first[of]).sum())
-        self._make_room(coming)
+        self._make_room(int((poses.past[of] - poses.first[of]).sum()))
 
     def sharpen(self, which: IntArray) -> None:
         """Find the potentials of sets at the start that have none yet."""
@@ -162,81 +174,57 @@ class KeptGraph:
         rehash(grown, book.asks, book.margins)
         self.tables = self.tables._replace(book=grown)
 
-    def _met(self, node: int) -> int:
-        """Return the number of a node's pose."""
-        known = self._numbers.get(node)
-        if known is not None:
-            return known
-        number = self._numbers[node] = len(self.met)
-        self.met.append(node)
-        pose, poses = self._graph.pose(node), _with_room(self.tables.poses, number)
+    def _meet(self) -> None:
+        """Take in the poses and arcs that the lattice has made."""
+        graph, known = self._graph, self._known
+        new = np.arange(known.poses, len(graph))
+        poses = _with_room(self.tables.poses, len(graph))
+        R, p = graph.poses(new)
         if self._planar is not None:
-            poses.places[number] = self._planar.place(pose)
-        poses.onward[number] = [goal.distances(pose) for goal in self._goals]
-        poses.goal[number] = self._graph.in_goal(node)
-        poses.first[number] = EMPTY
-        if poses is not self.tables.poses:
-            self.tables = self.tables._replace(poses=poses)
-        return number
+            poses.places[new] = self._planar.places(R, p)
+        for f, goal in enumerate(self._goals):
+            poses.onward[new, f] = goal.distances(R, p)
+        poses.goal[new], poses.first[new] = graph.arrived(new), EMPTY
+        arcs, rows = self.tables.arcs, graph.arcs.rows
+        count = len(graph.arcs) if self._apart else len(graph.arcs.kind_arcs)
+        fresh = np.arange(known.kinds, count)
+        stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), count)
+        firsts = fresh if self._apart else np.array(graph.arcs.kind_arcs[known.kinds :], np.int64)
+        stages[fresh] = np.where(rows.bare[firsts] & (not self._lifts), BLOCKED, UNKNOWN)
+        states[fresh] = -1
+        kinds = np.arange(count) if self._apart else rows.kinds
+        arcs = KeptArcs(rows.heads, rows.forms, kinds, arcs.arms, arcs.chords, stages, free, states)
+        self.tables = self.tables._replace(poses=poses, arcs=arcs)
+        self._known = Known(len(graph), count, known.forms)
 
-    def _leave(self, pose: int) -> None:
-        """Make the arcs that leave a pose."""
-        first = len(self._steps)
-        for step in self._graph.arcs_from(self.met[pose]):
-            if step.bare and not self._lifts:
-                continue
-            head, arc = self._met(step.head), len(self._steps)
-            form, kind = self._form(step), self._kind(step)
-            arcs = self.tables.arcs
-            heads, forms, kinds = _with_room((arcs.heads, arcs.forms, arcs.kinds), arc)
-            heads[arc], forms[arc], kinds[arc] = head, form, kind
-            if heads is not arcs.heads:
-                grown = arcs._replace(heads=heads, forms=forms, kinds=kinds)
-                self.tables = self.tables._replace(arcs=grown)
-            self._steps.append(step)
-        self.tables.poses.first[pose], self.tables.poses.past[pose] = first, len(self._steps)
-
-    def _form(self, step: GraphArc) -> int:
-        """Return an arc's row of lengths."""
-        key = ("arc", len(self._steps)) if step.form is None else step.form
-        known = self._forms.get(key)
-        if known is None:
-            known = self._forms[key] = len(self._forms)
-            arcs = self.tables.arcs
-            (lengths,) = _with_room((arcs.lengths,), known)
-            lengths[known] = 0.0
-            for f, i in enumerate(self._fingers):
-                lengths[known, f, :, : step.parts] = step.lengths(self._judge.centres(i))
-            if lengths is not arcs.lengths:
-                self.tables = self.tables._replace(arcs=arcs._replace(lengths=lengths))
-        return known
-
-    def _kind(self, step: GraphArc) -> int:
-        """Return an arc's class."""
-        alone = step.kind is None or self._judge.problem.hand is not None
-        key = ("arc", len(self._steps)) if alone else step.kind
-        known = self._kinds.get(key)
-        if known is None:
-            known = self._kinds[key] = len(self._kinds)
-            self._of_kind.append(step)
-            arcs = self.tables.arcs
-            stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), known)
-            stages[known], states[known] = 0, -1
-            if stages is not arcs.stages:
-                grown = arcs._replace(stages=stages, free=free, states=states)
-                self.tables = self.tables._replace(arcs=grown)
-        return known
+    def _form(self, poses: IntArray) -> None:
+        """Find how far fingertips go along the arcs that leave poses."""
+        graph, arcs, forms = self._graph, self.tables.arcs, len(self._graph.arcs.form_arcs)
+        arms, chorded = _with_room((arcs.arms, arcs.chords), forms)
+        if forms > self._known.forms:
+            chorded[self._known.forms : forms, 0] = np.nan
+            self._known = self._known._replace(forms=forms)
+        first, past = self.tables.poses.first[poses], self.tables.poses.past[poses]
+        leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
+        asked = np.unique(arcs.forms[leaving])
+        new = asked[np.isnan(chorded[asked, 0])]
+        courses = graph.courses(np.array(graph.arcs.form_arcs, np.int64)[new])
+        chorded[new] = chords(courses, chorded.shape[1], ends=self._ends)
+        for f, i in enumerate(self._fingers):
+            arms[new, f] = arms_of(courses, self._judge.centres(i))
+        self.tables = self.tables._replace(arcs=arcs._replace(arms=arms, chords=chorded))
 
     def answer(self) -> None:
         """Find what was asked for."""
-        wanted = self.tables.arcs.stages[: len(self._kinds)] == WANTED
+        wanted = self.tables.arcs.stages[: self._known.kinds] == WANTED
         for kind in np.flatnonzero(wanted).tolist():
             self._learn(kind)
         self._decide()
 
     def _learn(self, kind: int) -> None:
         """Find where fingertips are free along a class of arcs, and its contact states."""
-        arcs, step = self.tables.arcs, self._of_kind[kind]
+        arcs, arc = self.tables.arcs, kind if self._apart else self._graph.arcs.kind_arcs[kind]
+        step = self._graph.arc(arc)
         found = self._judge.passing(step, self._graph.pose(step.head))
         passes = found.object_free and all(free.any() for free in found.free)
         arcs.stages[kind] = READY if passes else BLOCKED
@@ -262,9 +250,15 @@ class KeptGraph:
         """Return the object's nodes on the way to a state, from the start."""
         book, nodes = self.tables.book, list[int]()
         while number != EMPTY:
-            nodes.append(self.met[int(book.pose[number])])
+            nodes.append(int(book.pose[number]))
             number = int(book.parent[number])
         return nodes[::-1]
+
+
+def _no_arcs(F: int, P: int, parts: int) -> KeptArcs:
+    free, states = np.zeros((0, F, P), dtype=bool), np.zeros((0, parts), np.int64)
+    forms = np.zeros((0, F, P)), np.zeros((0, parts))
+    return KeptArcs(NO_ROWS, NO_ROWS, NO_ROWS, *forms, NO_ROWS, free, states)
 
 
 def _new_book(room: int, slots: int) -> StateBook:
@@ -277,13 +271,14 @@ def _new_book(room: int, slots: int) -> StateBook:
     )  # fmt: skip
 
 
-def _with_room(columns: Columns, number: int) -> Columns:
-    """Return arrays with room for row ``number``: themselves where there is."""
-    if number < len(columns[0]):
+def _with_room(columns: Columns, count: int) -> Columns:
+    """Return arrays with room for so many rows: themselves where there is."""
+    room = len(columns[0])
+    if count <= room:
         return columns
     grown = []
     for column in columns:
-        larger = np.empty((max(2 * len(column), number + 1), *column.shape[1:]), column.dtype)
-        larger[: len(column)] = column
+        larger = np.empty((max(2 * room, count), *column.shape[1:]), column.dtype)
+        larger[:room] = column
         grown.append(larger)
-    return cast(Columns, Poses(*grown) if isinstance(columns, Poses) else tuple(grown))
+    return cast(Columns, Poses._make(grown) if isinstance(columns, Poses) else tuple(grown))

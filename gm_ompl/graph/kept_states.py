@@ -177,8 +177,8 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
     Margins that are not known are asked for.
     """
     hands, arcs, prices = tables.hands, tables.arcs, tables.prices
-    known, cost, parts = kind >= 0, 0.0, arcs.lengths.shape[3]
-    for j in range(parts):
+    known, travel, arm = kind >= 0, 0.0, 0.0
+    for j in range(arcs.chords.shape[1]):
         z = np.inf
         if kind >= 0 and arcs.states[kind, j] >= 0:
             z = _margin(arcs.states[kind, j], hand, len(hands.rows), tables.book)
@@ -186,14 +186,10 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
             return np.inf, True
         if np.isnan(z):
             known, z = False, np.inf
-        prices.factors[j] = 1.0 + prices.X_stab / max(z, prices.z_floor)
+        travel += (1.0 + prices.X_stab / max(z, prices.z_floor)) * arcs.chords[form, j]
     for i in range(hands.rows.shape[1]):
-        travel = 0.0
-        for j in range(parts):
-            length = arcs.lengths[form, hands.shapes[i], hands.rows[hand, i], j]
-            travel += prices.factors[j] * length
-        cost = max(cost, travel)
-    return cost, known
+        arm = max(arm, arcs.arms[form, hands.shapes[i], hands.rows[hand, i]])
+    return travel * arm, known
 
 
 @inlined

@@ -66,9 +66,10 @@ class KeptArcs(NamedTuple):
 
     Attributes:
         heads: (A,), the poses they lead to.
-        forms: (A,), their row in ``lengths``.
-        kinds: (A,), their row in what follows.
-        lengths: (R, F, P, parts), |dq_finger i,j| of Eq. (9).
+        forms: (A,), their row in what follows.
+        kinds: (A,), their row in what follows that.
+        arms: (R, F, P), and
+        chords: (R, parts): their products are |dq_finger i,j| of Eq. (9).
         stages: (K,), UNKNOWN to BLOCKED.
         free: (K, F, P), whether a fingertip is free all along.
         states: (K, parts), contact states; -1 behind the last.
@@ -77,7 +78,8 @@ class KeptArcs(NamedTuple):
     heads: IntArray
     forms: IntArray
     kinds: IntArray
-    lengths: Array
+    arms: Array
+    chords: Array
     stages: IntArray
     free: BoolArray
     states: IntArray
@@ -116,11 +118,10 @@ class StateBook(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """What Eq. (9) goes by, units of force; ``factors`` (parts,) is room for 1 + X_stab / z."""
+    """What Eq. (9) goes by, units of force."""
 
     X_stab: float
     z_floor: float
-    factors: Array
 
 
 class KeptTables(NamedTuple):

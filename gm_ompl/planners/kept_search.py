@@ -15,7 +15,7 @@ from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.graph.kept_graph import KeptGraph
+from gm_ompl.graph.kept_graph import START, KeptGraph
 from gm_ompl.graph.kept_states import expand
 from gm_ompl.graph.kept_tables import ARRIVED, STATES
 from gm_ompl.holds.extraction import moves_of
@@ -57,7 +57,7 @@ class KeptSearch:
         """Return a lower bound on plans that regrasp."""
         hand, price = self._judge.problem.fingers, float(self._judge.problem.cost.regrasp)
         n, tables = hand.count, self.graph.tables
-        free = self._judge.node(self._judge.problem.object_graph.pose(self.graph.met[0])).free
+        free = self._judge.node(self._judge.problem.object_graph.pose(START)).free
         ways = [
             tables.poses.onward[0, tables.hands.shapes[i]][free[i]].min(initial=math.inf)
             for i in range(n)
@@ -134,11 +134,11 @@ class KeptSearch:
         if not hands.alive[hand]:
             return False
         placements, reach = self.graph.placements(hand), self._judge.reach
-        start = problem.object_graph.pose(self.graph.met[0])
+        start = problem.object_graph.pose(START)
         if reach.landing(start, placements, problem.fingers.standing) is None:
             hands.alive[hand] = False
             return False
-        end = problem.object_graph.pose(self.graph.met[int(book.pose[number])])
+        end = problem.object_graph.pose(int(book.pose[number]))
         return not problem.fingers.leave or reach.landing(end, placements) is not None
 
     def moves(self) -> tuple[Move, ...]:
