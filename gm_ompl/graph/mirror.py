@@ -107,10 +107,8 @@ def _image(problem: Problem, axis: int) -> IntArray | None:
     own = R.T @ world @ R  # as the object sees it
     shift = (motion.start.position - world @ motion.start.position)[axis] * np.eye(3)[axis]
     pieces = _pieces_onto(problem.body, problem.body, own, np.zeros(3), NEAR * D)
-    inertia = np.abs(own @ problem.inertia @ own.T - problem.inertia).max()
     if (
         pieces is None
-        or inertia > NEAR * np.abs(problem.inertia).max()
         or not _goes_alike(motion, world, own, shift, NEAR * D)
         or not _stands_alike(problem.environment, world, shift, NEAR * D)
     ):
@@ -198,7 +196,7 @@ def _placements_onto(problem: Problem, own: Array, pieces: IntArray) -> IntArray
 
 
 def _holds_alike(problem: Problem, own: Array, image: IntArray) -> bool:
-    """Whether disturbances, and the columns of all fingertips, are their own images."""
+    """Whether disturbances, so the inertia, and all fingertips' columns are their own images."""
     hand, U = problem.fingers, wrench_norm(problem.mass, problem.inertia)
     mirror = np.zeros((6, 6))  # of wrenches: moments turn the other way
     mirror[:3, :3], mirror[3:, 3:] = own, -own
