@@ -107,13 +107,9 @@ def _image(problem: Problem, axis: int) -> IntArray | None:
     own = R.T @ world @ R  # as the object sees it
     shift = (motion.start.position - world @ motion.start.position)[axis] * np.eye(3)[axis]
     pieces = _pieces_onto(problem.body, problem.body, own, np.zeros(3), NEAR * D)
-    if (
-        pieces is None
-        or not _goes_alike(motion, world, own, shift, NEAR * D)
-        or not _stands_alike(problem.environment, world, shift, NEAR * D)
-    ):
-        return None
-    image = _placements_onto(problem, own, pieces)
+    alike = _goes_alike(motion, world, own, shift, NEAR * D)
+    alike = alike and _stands_alike(problem.environment, world, shift, NEAR * D)
+    image = _placements_onto(problem, own, pieces) if alike and pieces is not None else None
     return image if image is not None and _holds_alike(problem, own, image) else None
 
 

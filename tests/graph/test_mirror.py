@@ -133,7 +133,7 @@ def test_images_are_worth_as_much(symmetric: tuple[Problem, tuple[int, ...]]) ->
 
 
 def test_one_of_each_orbit_is_opened(symmetric: tuple[Problem, tuple[int, ...]]) -> None:
-    """That is half of the sets, or a quarter, and what is its own image; all are taken in the end."""
+    """That is half of the sets, or a quarter, or a few more; the others come when asked for."""
     problem, planes = symmetric
     search = begun(problem)
     rows = search.graph.tables.hands.rows
