@@ -33,6 +33,7 @@ from gm_ompl.graph.kept_tables import (
     Prices,
     StateBook,
 )
+from gm_ompl.graph.mirror import Orbits
 from gm_ompl.graph.potentials import POTENTIALS, PlaneGoal
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import placement_sets
@@ -110,7 +111,8 @@ class KeptGraph:
         )  # fmt: skip
         self._known = Known(0, 0, 0)
         self._meet()
-        begin(self.tables)
+        self._orbits = Orbits(problem, rows)
+        begin(self._orbits.first, self.tables)
 
     def _sets(self) -> IntArray:
         """Return the sets (S, n) that start and goal allow."""
@@ -131,6 +133,12 @@ class KeptGraph:
     def placements(self, hand: int) -> Placements:
         """Return a set of placements."""
         return tuple(self.tables.hands.rows[hand].tolist())
+
+    def open_images(self, hand: int) -> None:
+        """Open a set's mirror images at the start: it does not stand for them after all."""
+        new = self._orbits.take(hand)
+        self._make_room(len(new))
+        begin(new, self.tables)
 
     def prepare(self, which: IntArray) -> None:
         """Make what following the arcs from states takes: their poses' arcs, and room."""

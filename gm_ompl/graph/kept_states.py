@@ -112,9 +112,9 @@ def put(book: StateBook, number: int, cost: float, parent: int, via: int) -> Non
 
 
 @compiled
-def begin(tables: KeptTables) -> None:
-    """Open all sets at the start, pose 0."""
-    for hand in range(len(tables.hands.rows)):
+def begin(which: IntArray, tables: KeptTables) -> None:
+    """Open sets at the start, pose 0."""
+    for hand in which:
         put(tables.book, meet(0, hand, tables), 0.0, EMPTY, EMPTY)
 
 

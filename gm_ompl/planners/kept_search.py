@@ -128,7 +128,10 @@ class KeptSearch:
                 return
 
     def _stands(self, number: int) -> bool:
-        """Whether fingers get to where they are at the start of a way, and off at its end."""
+        """Whether fingers get to where they are at the start of a way, and off at its end.
+
+        The grids that say so are no mirror images: where they refuse a set, its images are asked.
+        """
         hands, _, _, book, _ = self.graph.tables
         hand, problem = int(book.hand[number]), self._judge.problem
         if not hands.alive[hand]:
@@ -137,9 +140,13 @@ class KeptSearch:
         start = problem.object_graph.pose(START)
         if reach.landing(start, placements, problem.fingers.standing) is None:
             hands.alive[hand] = False
+            self.graph.open_images(hand)
             return False
         end = problem.object_graph.pose(int(book.pose[number]))
-        return not problem.fingers.leave or reach.landing(end, placements) is not None
+        stands = not problem.fingers.leave or reach.landing(end, placements) is not None
+        if not stands:
+            self.graph.open_images(hand)
+        return stands
 
     def moves(self) -> tuple[Move, ...]:
         """Return the best plan's moves; none where no plan is known."""
