@@ -49,6 +49,7 @@ class Closure:
         self._tips = np.concatenate([*self._centres, np.zeros((0, 3))])
         self._travel: dict[Hashable, tuple[Array, float]] = {}
         self._leaving: dict[int, Sequence[GraphArc]] = {}
+        self._doubling: tuple[float, int] | None = None  # up to which bound, and how many nodes
         start, here = self._graph.start, judge.node(self._graph.pose(self._graph.start))
         free = np.concatenate([here.free[i] for i in firsts.values()] or [np.zeros(0, dtype=bool)])
         self._kept = {start: np.where(free, 0.0, np.inf)}
@@ -85,18 +86,35 @@ class Closure:
     def __len__(self) -> int:
         return len(self._leaving)
 
-    def grow(self, most: float, nodes: float = math.inf) -> None:
-        """Take in all nodes with a bound of at most this, up to so many."""
-        while self.next <= most and self.next < math.inf and len(self._leaving) < nodes:
-            self._take()
+    def grow(self, most: float, nodes: float = math.inf, pause: Stop = never) -> bool:
+        """Take in all nodes with a bound of at most this, up to so many; whether that is done.
 
-    def double(self) -> None:
-        """Take in as many nodes as are in it, and those with the same bound as the last."""
-        most, count = 0.0, 2 * len(self._leaving)
+        Where ``pause`` says so it is not, and can be gone on with.
+        """
+        while self.next <= most and self.next < math.inf and len(self._leaving) < nodes:
+            if pause():
+                return False
+            self._take()
+        return True
+
+    def double(self, pause: Stop = never) -> bool:
+        """Take in as many nodes as are in it, and those with the same bound as the last.
+
+        Returns:
+            Whether that is done; where ``pause`` says so it is not, and can be gone on with.
+        """
+        most, count = self._doubling or (0.0, 2 * len(self._leaving))
         while len(self._leaving) < count and self.next < math.inf:
+            self._doubling = most, count
+            if pause():
+                return False
             most = max(most, self.next)
             self._take()
-        self.grow(most)
+        self._doubling = most, count
+        if not self.grow(most, pause=pause):
+            return False
+        self._doubling = None
+        return True
 
     def leaving(self, most: float = math.inf) -> Mapping[int, Sequence[GraphArc]]:
         """Return the arcs between the nodes in it that plans of at most this cost may pass.

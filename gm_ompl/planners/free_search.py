@@ -35,6 +35,9 @@ FEW_NODES: Final = 4000
 SHARE: Final = 3.0
 """Plans without regrasping get so many times the time of lanes."""
 
+BUILDING: Final = 2.0
+"""Before it is searched, a part takes about so many times as long as finding its nodes."""
+
 
 @final
 class FreeSearch:
@@ -58,6 +61,8 @@ class FreeSearch:
         self._asked = 0  # iterations of both
         self._paused = False  # whether a turn of lanes was over
         self._resting = False  # whether lanes leave the proof to plans without regrasping
+        self._growing = 0.0  # what the closure has taken [s]
+        self._due = 0.0  # what building the next part will take, where that waits [s]
 
     def run(self) -> SearchResult:
         """Search for a plan of least cost."""
@@ -104,21 +109,42 @@ class FreeSearch:
 
     def _grown(self, closure: Closure, pause: Stop) -> bool:
         """Whether there is a part to be searched; where the last one is done, it grows."""
-        cost = self._result.cost
         if self._part is not None:
             return True
+        before = self._now()
+        try:
+            grown = self._grow(closure, pause)
+        finally:
+            self._growing += self._now() - before
+        return grown and self._affords()
+
+    def _grow(self, closure: Closure, pause: Stop) -> bool:
+        """Whether the closure has grown to the next part; it is gone on with where not."""
+        cost = self._result.cost
         if cost is None:
             if not self._reached and not self._reach(closure, pause):
                 return False
-            closure.double()
-            return True
+            return self._due > 0.0 or closure.double(pause)
         kept = self._without_regrasps()
         if kept is not None and cost <= kept.bound * (1.0 + PROVEN):
             return False
         proves = kept is not None and not kept.done and kept.proves(cost)
-        closure.grow(cost, max(FEW_NODES, len(closure)) if proves else math.inf)
+        most = max(FEW_NODES, len(closure)) if proves else math.inf
+        if not closure.grow(cost, most, pause):
+            return False
         self._resting = closure.next <= cost and proves
         return not self._resting
+
+    def _affords(self) -> bool:
+        """Whether plans without regrasping had their share of what building a part will take."""
+        self._due = BUILDING * self._growing
+        if self._due > TURN:
+            kept = self._without_regrasps()
+            share = SHARE * (self._taken[0] + self._due)
+            if kept is not None and not kept.done and self._taken[1] < share:
+                return False
+        self._due = 0.0
+        return True
 
     def _reach(self, closure: Closure, pause: Stop) -> bool:
         """Grow a part until the goal is in it, or it is whole; whether it is so."""
@@ -162,7 +188,8 @@ class FreeSearch:
         kept = self._without_regrasps()
         if kept is None:
             return False
-        cost, most = self._result.cost, math.inf if self._resting else SHARE * self._taken[0]
+        cost, share = self._result.cost, SHARE * (self._taken[0] + self._due)
+        most = math.inf if self._resting else share
         while self._taken[1] < most and not kept.done:
             before, expanded = self._now(), kept.expanded
             self._log.meter.elsewhere = int(self._counts[:, 0].sum())
