@@ -150,8 +150,21 @@ SMALL = (
     ("tasks/placedown", ("fingers.placements.grid=[2, 3]", "cost.samples_at=ends")),
     ("tasks/pick-card-soft", ("motion.goal.position=[0.75, 0, 0.25]", "motion.goal.rotation=any")),
     ("tasks/reorient", ("fingers.placements.grid=[2, 3]", "fingers.leave=true")),
+    ("tasks/reorient", (
+        ALL_WAYS[0], "fingers.count=3", "fingers.placements.grid=[1, 2]",
+        "motion.goal={position: [0, 0, 0.5], up: -z}",
+        "lattice.steps={translation: 0.5, rotation: 90 deg}",
+    )),
+    ("tasks/peg-thin-fingers", (
+        "motion.goal.position=[0, -0.3, 2.6]", "fingers.placements.grid=[1, 2]",
+    )),
+    ("tasks/peg-thin-fingers", (
+        "motion.goal={position: [0, 0, 3.2], within: {position: 0.4}}",
+        "motion.free.region={x: [-0.3, 0.3], y: [-0.3, 0.3], z: [1.9, 8.5]}",
+        "fingers.placements.grid=[2, 2]",
+    )),
     ("random/free-clutter/3", ()),
-)
+)  # fmt: skip
 
 
 def compared(problem: Problem) -> tuple[KeptSearch, KeptSearch]:
