@@ -21,7 +21,7 @@ FORM: Final = 9
 """Numbers that tell a motion's form."""
 
 
-class Site(NamedTuple):
+class Terrain(NamedTuple):
     """What motions go by, wherever they begin.
 
     Attributes:
@@ -106,13 +106,15 @@ def departures(poses: int, room: int) -> Departures:
 
 
 @compiled
-def depart(tails: Tails, book: Book, site: Site, onto: Sheet, told: int, found: Departures) -> int:
+def depart(
+    tails: Tails, book: Book, terrain: Terrain, onto: Sheet, told: int, found: Departures
+) -> int:
     """Write the motions from poses.
 
     Args:
         tails: where they begin.
         book: poses.
-        site: what motions go by.
+        terrain: what motions go by.
         onto: room for contacts.
         told: how many contacts the object has at the one pose, where they are written there
             already; else -1.
@@ -124,15 +126,15 @@ def depart(tails: Tails, book: Book, site: Site, onto: Sheet, told: int, found: 
     count = 0
     for n in range(len(tails.places)):
         R, p = book.rotations[tails.places[n]], book.positions[tails.places[n]]
-        found.near[n], past = in_reach(p, site), told
+        found.near[n], past = in_reach(p, terrain), told
         if told < 0:
-            past = touched(R, p, site.world if found.near[n] else site.floor, onto, 0)
+            past = touched(R, p, terrain.world if found.near[n] else terrain.floor, onto, 0)
         if past == NO_ROOM:
             return NO_ROOM
         found.untold[n] = past < 0
         if past >= 0:
             corners = onto.points[:past], onto.normals[:past]
-            count = _motions(n, corners, tails, book, site, found, count)
+            count = _motions(n, corners, tails, book, terrain, found, count)
         if count == NO_ROOM:
             return NO_ROOM
         found.past[n] = count
@@ -140,35 +142,35 @@ def depart(tails: Tails, book: Book, site: Site, onto: Sheet, told: int, found: 
 
 
 @compiled
-def in_reach(p: Array, site: Site) -> bool:
+def in_reach(p: Array, terrain: Terrain) -> bool:
     """Whether an obstacle may be in reach of object or hand around a position (3,)."""
-    low, high = site.room.obstacles.low, site.room.obstacles.high
+    low, high = terrain.room.obstacles.low, terrain.room.obstacles.high
     for j in range(len(low)):
         square = 0.0
         for c in range(3):
             way = min(max(p[c], low[j, c]), high[j, c]) - p[c]
             square += way * way
-        if square <= site.far * site.far:
+        if square <= terrain.far * terrain.far:
             return True
     return False
 
 
 @inlined
 def _motions(
-    n: int, corners: tuple[Array, Array], tails: Tails, book: Book, site: Site, found: Departures,
-    count: int,
+    n: int, corners: tuple[Array, Array], tails: Tails, book: Book, terrain: Terrain,
+    found: Departures, count: int,
 ) -> int:  # fmt: skip
     """Write the motions from a pose from a row on; return the row behind, or ``NO_ROOM``."""
     place, here, turning = tails.places[n], np.empty((1, 2, 3)), tails.turning[n]
     R, p = book.rotations[place], book.positions[place]
     for c in range(3):
         here[0, 0, c], here[0, 1, c] = tails.lines[n, 0, c] - p[c], tails.lines[n, 1, c]
-    at = stand(p, corners[0], corners[1], site.rules)
-    motions = offered(at, p, site.rules, here[:turning])
-    got = ended(motions, R, p, site.room if found.near[n] else site.bare)
-    numbers, ahead = forms(motions, got, R, site.D)
+    at = stand(p, corners[0], corners[1], terrain.rules)
+    motions = offered(at, p, terrain.rules, here[:turning])
+    got = ended(motions, R, p, terrain.room if found.near[n] else terrain.bare)
+    numbers, ahead = forms(motions, got, R, terrain.D)
     for i in range(len(motions.steps)):
-        if count != NO_ROOM and _inside(got, i, p, site):
+        if count != NO_ROOM and _inside(got, i, p, terrain):
             if count == len(found.steps):
                 count = NO_ROOM
             else:
@@ -181,12 +183,12 @@ def _motions(
 
 
 @inlined
-def _inside(got: Ended, i: int, p: Array, site: Site) -> bool:
+def _inside(got: Ended, i: int, p: Array, terrain: Terrain) -> bool:
     """Whether a motion comes to something, the centre of mass in its region all along."""
     inside = got.shares[i] > 0.0
     for k in range(3):
-        inside &= p[k] + got.low[i, k] - site.region[0, k] >= -site.slack
-        inside &= p[k] + got.high[i, k] - site.region[1, k] <= site.slack
+        inside &= p[k] + got.low[i, k] - terrain.region[0, k] >= -terrain.slack
+        inside &= p[k] + got.high[i, k] - terrain.region[1, k] <= terrain.slack
     return bool(inside)
 
 

@@ -12,10 +12,9 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.contact.arc_table import ArcTable
 from gm_ompl.contact.departures import (
     Departures,
-    Site,
+    Terrain,
     Tails,
     depart,
     departures,
@@ -24,6 +23,7 @@ from gm_ompl.contact.departures import (
 from gm_ompl.contact.environment import Environment
 from gm_ompl.contact.expansion import Room
 from gm_ompl.contact.nodes import NONE, NumberedNodes, arrive, join, resting, settle_beginnings
+from gm_ompl.contact.numbered_arcs import NumberedArcs
 from gm_ompl.contact.offers import begins, rules, stand
 from gm_ompl.contact.poses import NumberedPoses
 from gm_ompl.contact.stops import lengths
@@ -79,16 +79,16 @@ class ContactLattice:
     ) -> None:
         self._motion, self._parts, self._D = motion, parts, body.diagonal
         self._toucher = Toucher(body, environment)
-        self._site = self._setting(body, environment, reach)
+        self._terrain = self._setting(body, environment, reach)
         self._poses, self._nodes = NumberedPoses(self._D), NumberedNodes()
-        self.arcs = ArcTable(parts, motion.fewest, inside=not motion.ends)
+        self.arcs = NumberedArcs(parts, motion.fewest, inside=not motion.ends)
         self._asked: dict[int, tuple[GraphArc, ...]] = {}
         self._depths: dict[int, int] | None = None
         place = self._poses.number(motion.start.rotation, motion.start.position)
         self.start = int(resting(place, self._nodes.reserve(1, len(self._poses.book.positions))))
         self.goal_nodes: tuple[int, ...] | None = None
 
-    def _setting(self, body: Body, environment: Environment, reach: float) -> Site:
+    def _setting(self, body: Body, environment: Environment, reach: float) -> Terrain:
         motion, small = self._motion, lengths(self._D, environment.contact_tolerance)
         fixed = packed([piece for o in environment.obstacles for piece in o.body.pieces])
         shortest = SHORTEST * self._D
@@ -96,7 +96,7 @@ class ContactLattice:
         own = float(np.linalg.norm(body.vertices, axis=1).max())
         # A pivot is on the object; nothing goes farther from it than twice round the object.
         far = max(own, reach) + max(2.0 * own, motion.steps.translation) + small.touching
-        return Site(
+        return Terrain(
             room, room._replace(obstacles=packed([])), self._toucher.world, self._toucher.floor,
             rules(motion.steps, motion.start.position, self._D, small.touching),
             motion.region.copy(), SLACK * self._D, far, self._D,
@@ -214,15 +214,15 @@ class ContactLattice:
             found, onto = departures(N, room), sheet(contacts)
             if corners is not None:
                 onto.points[:told], onto.normals[:told] = corners
-            if depart(tails, self._poses.book, self._site, onto, told, found) != NO_ROOM:
+            if depart(tails, self._poses.book, self._terrain, onto, told, found) != NO_ROOM:
                 return found
             contacts, room = 2 * contacts, 2 * room
 
     def _corners(self, place: int) -> Corners:
         """Return the corners of contact patches at a pose, found by plain code where need be."""
-        book, site = self._poses.book, self._site
+        book, terrain = self._poses.book, self._terrain
         R, p = book.rotations[place], book.positions[place]
-        points, normals = self._toucher.corners(R, p, with_obstacles=in_reach(p, site))
+        points, normals = self._toucher.corners(R, p, with_obstacles=in_reach(p, terrain))
         return np.array(points), np.array(normals)
 
     def _join(self, nodes: IntArray, found: Departures) -> None:
@@ -233,7 +233,7 @@ class ContactLattice:
         arrive(found, poses, self._D, heads)
         book = self._nodes.reserve(motions, len(poses.positions))
         self._settle(found, heads)
-        count = join(nodes, found, heads, kept, book, self._site.rules.near, len(self.arcs))
+        count = join(nodes, found, heads, kept, book, self._terrain.rules.near, len(self.arcs))
         heads, kept, places = heads[:count], kept[:count], book.places[nodes]
         tails = np.repeat(nodes, book.past[nodes] - book.first[nodes])
         stands = np.column_stack([poses.attitudes[places], poses.heights[places]])
@@ -244,7 +244,7 @@ class ContactLattice:
         """Find whether rotations may begin where rotations lead."""
         book, nodes, contacts = self._poses.book, self._nodes.book, CONTACTS
         while True:
-            asked = found.turns, heads, nodes, book, self._site, sheet(contacts)
+            asked = found.turns, heads, nodes, book, self._terrain, sheet(contacts)
             place = settle_beginnings(*asked)
             if place == book.counts[0]:
                 return
@@ -252,8 +252,8 @@ class ContactLattice:
                 contacts *= 2
                 continue
             p = book.positions[place]
-            at = stand(p, *self._corners(place), self._site.rules)
-            nodes.begins[place] = int(begins(at.exempt, p, self._site.rules))
+            at = stand(p, *self._corners(place), self._terrain.rules)
+            nodes.begins[place] = int(begins(at.exempt, p, self._terrain.rules))
 
     def arrived(self, nodes: IntArray) -> BoolArray:
         """Return at which of nodes (N,) the object has arrived."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.contact.departures import Departures, Site, Tails, in_reach
+from gm_ompl.contact.departures import Departures, Terrain, Tails, in_reach
 from gm_ompl.contact.offers import begins, find, may_begin, stand
 from gm_ompl.contact.poses import Book, number
 from gm_ompl.contact.touching import NO_ROOM, Sheet, touched
@@ -126,7 +126,7 @@ def arrive(found: Departures, book: Book, D: float, heads: IntArray) -> None:
 
 @compiled
 def settle_beginnings(
-    turns: BoolArray, heads: IntArray, nodes: NodeBook, book: Book, site: Site, onto: Sheet
+    turns: BoolArray, heads: IntArray, nodes: NodeBook, book: Book, terrain: Terrain, onto: Sheet
 ) -> int:
     """Find whether rotations may begin at the poses (M,) to which rotations lead.
 
@@ -139,15 +139,15 @@ def settle_beginnings(
         if not turns[i] or nodes.begins[place] != NONE:
             continue
         R, p = book.rotations[place], book.positions[place]
-        said = may_begin(R, p, site.room, site.rules, site.D)
+        said = may_begin(R, p, terrain.room, terrain.rules, terrain.D)
         if said < 0:
-            past = touched(R, p, site.world if in_reach(p, site) else site.floor, onto, 0)
+            past = touched(R, p, terrain.world if in_reach(p, terrain) else terrain.floor, onto, 0)
             if past == NO_ROOM:
                 return NO_ROOM
             if past < 0:
                 return int(place)
-            at = stand(p, onto.points[:past], onto.normals[:past], site.rules)
-            said = 1 if begins(at.exempt, p, site.rules) else 0
+            at = stand(p, onto.points[:past], onto.normals[:past], terrain.rules)
+            said = 1 if begins(at.exempt, p, terrain.rules) else 0
         nodes.begins[place] = said
     return int(book.counts[0])
 

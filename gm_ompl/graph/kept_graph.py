@@ -61,7 +61,7 @@ START: Final = 0
 """The node at the start."""
 
 
-class Known(NamedTuple):
+class TakenIn(NamedTuple):
     """How many of the lattice's poses, classes of arcs and forms were taken in."""
 
     poses: int
@@ -109,7 +109,7 @@ class KeptGraph:
             _new_book(max(1024, 2 * S), 1 << 16),
             Prices(problem.cost.stability, problem.z_floor),
         )  # fmt: skip
-        self._known = Known(0, 0, 0)
+        self._taken_in = TakenIn(0, 0, 0)
         self._meet()
         self._orbits = Orbits(problem, rows)
         begin(self._orbits.first, self.tables)
@@ -184,7 +184,7 @@ class KeptGraph:
 
     def _meet(self) -> None:
         """Take in the poses and arcs that the lattice has made."""
-        graph, known = self._graph, self._known
+        graph, known = self._graph, self._taken_in
         new = np.arange(known.poses, len(graph))
         poses = _with_room(self.tables.poses, len(graph))
         R, p = graph.poses(new)
@@ -203,15 +203,15 @@ class KeptGraph:
         kinds = np.arange(count) if self._apart else rows.kinds
         arcs = KeptArcs(rows.heads, rows.forms, kinds, arcs.arms, arcs.chords, stages, free, states)
         self.tables = self.tables._replace(poses=poses, arcs=arcs)
-        self._known = Known(len(graph), count, known.forms)
+        self._taken_in = TakenIn(len(graph), count, known.forms)
 
     def _form(self, poses: IntArray) -> None:
         """Find how far fingertips go along the arcs that leave poses."""
         graph, arcs, forms = self._graph, self.tables.arcs, len(self._graph.arcs.form_arcs)
         arms, chorded = _with_room((arcs.arms, arcs.chords), forms)
-        if forms > self._known.forms:
-            chorded[self._known.forms : forms, 0] = np.nan
-            self._known = self._known._replace(forms=forms)
+        if forms > self._taken_in.forms:
+            chorded[self._taken_in.forms : forms, 0] = np.nan
+            self._taken_in = self._taken_in._replace(forms=forms)
         first, past = self.tables.poses.first[poses], self.tables.poses.past[poses]
         leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
         asked = np.unique(arcs.forms[leaving])
@@ -224,7 +224,7 @@ class KeptGraph:
 
     def answer(self) -> None:
         """Find what was asked for."""
-        wanted = self.tables.arcs.stages[: self._known.kinds] == WANTED
+        wanted = self.tables.arcs.stages[: self._taken_in.kinds] == WANTED
         for kind in np.flatnonzero(wanted).tolist():
             self._learn(kind)
         self._decide()

@@ -48,7 +48,7 @@ class ArcRows(NamedTuple):
 
 
 @final
-class ArcTable:
+class NumberedArcs:
     """Arcs, and the forms and kinds of those that are alike.
 
     Args:
