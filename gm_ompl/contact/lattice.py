@@ -14,8 +14,8 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.departures import (
     Departures,
-    Terrain,
     Tails,
+    Terrain,
     depart,
     departures,
     in_reach,

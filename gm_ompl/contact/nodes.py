@@ -11,7 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.compilation import compiled
-from gm_ompl.contact.departures import Departures, Terrain, Tails, in_reach
+from gm_ompl.contact.departures import Departures, Tails, Terrain, in_reach
 from gm_ompl.contact.offers import begins, find, may_begin, stand
 from gm_ompl.contact.poses import Book, number
 from gm_ompl.contact.touching import NO_ROOM, Sheet, touched
