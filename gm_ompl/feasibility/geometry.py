@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.cores import share_out
+from gm_ompl.feasibility.course_passages import Crossing, pass_along
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.packed import Drive, drive
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Placements, Problem
+
+AT_ONCE: Final = 1000
+"""Screws between two looks at the limits in force."""
 
 UP = np.array([0.0, 0.0, 1.0])
 NOWHERE = np.zeros(3)
@@ -57,6 +63,7 @@ class Passages:
     ) -> None:
         self._scene, self._swept, self._centres = scene, swept, centres
         self._radii: list[float] = problem.fingers.radius.tolist()
+        self._which = [list(centres).index(radius) for radius in self._radii]
         self._piece = problem.fingers.placements.piece
 
     @cached_property
@@ -66,6 +73,34 @@ class Passages:
             radius: self._scene.clear_of_object(centres, radius, self._piece)
             for radius, centres in self._centres.items()
         }
+
+    @cached_property
+    def _crossing(self) -> Crossing:
+        """What compiled code goes by: fingertips by their radius."""
+        swept, centres = self._swept, self._centres
+        return Crossing(
+            swept.body, swept.obstacles, swept.floor, swept.depth,
+            np.array(list(centres.values())), np.array(list(self._clear_of_object.values())),
+            np.array([swept.gaps(radius) for radius in centres]),
+        )  # fmt: skip
+
+    def along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
+        """Return whether the object (m,) and which fingertips (m, n, P) are free along screws.
+
+        The nodes that they lead to are part of them.
+
+        Raises:
+            LimitError: a limit in force is reached.
+        """
+        crossing, count = self._crossing, len(courses.parts)
+        object_free = np.empty(count, dtype=np.bool_)
+        free = np.empty((count, *crossing.apart.shape), dtype=np.bool_)
+
+        def work(part: slice) -> None:
+            pass_along(courses.some(part), crossing, object_free[part], free[part])
+
+        share_out(work, count, most=AT_ONCE)
+        return object_free, free[:, self._which]
 
     def passing(self, arc: Arc, head: Pose) -> NodeGeometry:
         """Return what geometry says along an arc and at the node it leads to.

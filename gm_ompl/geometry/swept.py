@@ -43,13 +43,19 @@ class SweptScene:
 
     Args:
         scene: the same at single poses.
+
+    Attributes:
+        body: the object, object frame.
+        obstacles: what is in its way, world frame.
+        floor: whether there is one.
+        depth: how far the object may penetrate.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._depth, self._floor, self._D = scene.depth, scene.floor, scene.body.diagonal
-        self._body, self._obstacles = packed(scene.body.pieces), packed(scene.obstacles)
-        allowed = [allowed_depth(self._D, piece) for piece in scene.obstacles]
-        self._allowed = np.array([EXACT * self._D, *allowed])
+        self.depth, self.floor, D = scene.depth, scene.floor, scene.body.diagonal
+        self.body, self.obstacles = packed(scene.body.pieces), packed(scene.obstacles)
+        allowed = [allowed_depth(D, piece) for piece in scene.obstacles]
+        self._allowed = np.array([EXACT * D, *allowed])
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
@@ -57,8 +63,8 @@ class SweptScene:
 
     def object_free_by(self, start: Pose, motion: Drive) -> bool:
         """Whether it penetrates neither along a motion that begins at a pose."""
-        here = placed(self._body, start.rotation.copy(), start.position.copy())
-        return body_clear(here, motion, self._obstacles, self._floor, self._depth)
+        here = placed(self.body, start.rotation.copy(), start.position.copy())
+        return body_clear(here, motion, self.obstacles, self.floor, self.depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
         """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
@@ -74,7 +80,12 @@ class SweptScene:
 
     def keep_free(self, free: BoolArray, here: Array, motion: Drive, radius: float) -> None:
         """Write which of free fingertips (P,) stay so; centres (P, 3) at t = 0, world frame."""
-        tips_clear(here, motion, self._obstacles, self._floor, radius - self._allowed, free)
+        tips_clear(here, motion, self.obstacles, self.floor, self.gaps(radius), free)
+
+    def gaps(self, radius: float) -> Array:
+        """Return how near centres of fingertips may come to floor and obstacles (1 + k,)."""
+        gaps: Array = radius - self._allowed
+        return gaps
 
 
 @compiled
