@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -28,6 +30,12 @@ class StatesFound(NamedTuple):
 
     counts: IntArray
     room: StateRoom
+
+    def keys(self) -> Iterator[bytes]:
+        """Yield the states' keys, as ``contact_key`` has them."""
+        ends = (8 * self.room.past[: self.counts.sum(), 1]).tolist()
+        keys = self.room.keys[: ends[-1] // 8 if ends else 0].tobytes()
+        return (keys[a:b] for a, b in itertools.pairwise([0, *ends]))
 
 
 @final

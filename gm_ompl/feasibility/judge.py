@@ -31,6 +31,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
+from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
@@ -191,6 +192,14 @@ class Judge:
         along, there = self.along(step.arc), self.node(head)
         both = tuple(a & b for a, b in zip(along.free, there.free, strict=True))
         return NodeGeometry(along.object_free and there.object_free, both)
+
+    def passing_along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
+        """Return what ``passing`` would of many screws; no hand has joints.
+
+        That is whether the object (m,) and which fingertips (m, n, P) are free.
+        """
+        self.configurations += len(courses.parts)
+        return self._passages.along(courses)
 
     def refuse(self, arc: Arc | None, pose: Pose, finger: int, row: int) -> None:
         """Take a finger off a placement along an arc and beside a pose: its joints found no way."""
