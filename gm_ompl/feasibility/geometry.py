@@ -1,4 +1,4 @@
-"""What geometry alone says at a pose, and along an arc up to the node it leads to."""
+"""What geometry alone says at a pose, and along screws up to the nodes they lead to."""
 
 from __future__ import annotations
 
@@ -13,18 +13,15 @@ from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.course_passages import Crossing, pass_along
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.packed import Drive, drive
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.motion.arc import Arc
 from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Placements, Problem
 
 AT_ONCE: Final = 1000
 """Screws between two looks at the limits in force."""
 
-UP = np.array([0.0, 0.0, 1.0])
-NOWHERE = np.zeros(3)
+A_THREAD: Final = 20
+"""Screws that take longer than it takes to start a thread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +46,7 @@ class NodeGeometry:
 
 @final
 class Passages:
-    """Says what is free along arcs.
+    """Says what is free along screws.
 
     Args:
         problem: the problem.
@@ -87,7 +84,7 @@ class Passages:
     def along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
         """Return whether the object (m,) and which fingertips (m, n, P) are free along screws.
 
-        The nodes that they lead to are part of them.
+        The nodes that they lead to are part of them; poses at ends are not asked for by themselves.
 
         Raises:
             LimitError: a limit in force is reached.
@@ -99,19 +96,5 @@ class Passages:
         def work(part: slice) -> None:
             pass_along(courses.some(part), crossing, object_free[part], free[part])
 
-        share_out(work, count, most=AT_ONCE)
+        share_out(work, count, A_THREAD, AT_ONCE)
         return object_free, free[:, self._which]
-
-    def passing(self, arc: Arc, head: Pose) -> NodeGeometry:
-        """Return what geometry says along an arc and at the node it leads to.
-
-        An arc's ends are part of it: the poses there are not asked for by themselves.
-        """
-        ways = [(sweep.start, drive(sweep)) for sweep in arc.sweeps]
-        ways.append((head, Drive(head.position.copy(), UP, 0.0, NOWHERE)))
-        object_free = all(self._swept.object_free_by(*way) for way in ways)
-        free = {radius: mask & object_free for radius, mask in self._clear_of_object.items()}
-        for radius, mask in free.items() if object_free else ():
-            for start, motion in ways:
-                self._swept.keep_free(mask, start.apply(self._centres[radius]), motion, radius)
-        return NodeGeometry(object_free, tuple(free[radius] for radius in self._radii))

@@ -184,19 +184,18 @@ class Judge:
         return NodeGeometry(True, tuple(masks[shape] for shape in shapes))
 
     def passing(self, step: GraphArc, head: Pose) -> NodeGeometry:
-        """Return what geometry says along an arc and at the node it leads to; not remembered."""
-        limits.check()
-        if self.hand is None:
-            self.configurations += 1
-            return self._passages.passing(step.arc, head)
+        """Return what geometry says along an arc and at the node it leads to."""
         along, there = self.along(step.arc), self.node(head)
         both = tuple(a & b for a, b in zip(along.free, there.free, strict=True))
         return NodeGeometry(along.object_free and there.object_free, both)
 
     def passing_along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
-        """Return what ``passing`` would of many screws; no hand has joints.
+        """Return what ``passing`` would of many screws of a hand without joints; not remembered.
 
         That is whether the object (m,) and which fingertips (m, n, P) are free.
+
+        Raises:
+            LimitError: a limit in force is reached.
         """
         self.configurations += len(courses.parts)
         return self._passages.along(courses)

@@ -26,7 +26,6 @@ from gm_ompl.geometry.packed import (
     rotation,
     way_box,
 )
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.vectors import dot
@@ -59,12 +58,9 @@ class SweptScene:
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
-        return self.object_free_by(sweep.start, drive(sweep))
-
-    def object_free_by(self, start: Pose, motion: Drive) -> bool:
-        """Whether it penetrates neither along a motion that begins at a pose."""
+        start = sweep.start
         here = placed(self.body, start.rotation.copy(), start.position.copy())
-        return body_clear(here, motion, self.obstacles, self.floor, self.depth)
+        return body_clear(here, drive(sweep), self.obstacles, self.floor, self.depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
         """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
@@ -75,12 +71,9 @@ class SweptScene:
             radius: their radius.
         """
         free = np.ones(len(centres), dtype=np.bool_)
-        self.keep_free(free, sweep.start.apply(centres), drive(sweep), radius)
+        here, gaps = sweep.start.apply(centres), self.gaps(radius)
+        tips_clear(here, drive(sweep), self.obstacles, self.floor, gaps, free)
         return free
-
-    def keep_free(self, free: BoolArray, here: Array, motion: Drive, radius: float) -> None:
-        """Write which of free fingertips (P,) stay so; centres (P, 3) at t = 0, world frame."""
-        tips_clear(here, motion, self.obstacles, self.floor, self.gaps(radius), free)
 
     def gaps(self, radius: float) -> Array:
         """Return how near centres of fingertips may come to floor and obstacles (1 + k,)."""
