@@ -7,12 +7,12 @@ motion drifts too; without a drift, or without a turn, its least value has a clo
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.packed import Drive, Hull, moved_hull
 from gm_ompl.geometry.vectors import dot, minus, product
@@ -23,6 +23,9 @@ CLEAR: Final = 1
 """A plane keeps them apart throughout."""
 UNDECIDED: Final = -1
 """Its halves must be asked."""
+
+
+Triple: TypeAlias = tuple[float, float, float]
 
 
 class Timespan(NamedTuple):
@@ -37,14 +40,14 @@ class Timespan(NamedTuple):
     s1: float
 
 
-@compiled
+@lean
 def stretch(first: float, last: float, angle: float) -> Timespan:
     """Return a stretch."""
     a, b = first * angle, last * angle
     return Timespan(first, last, angle, np.cos(a), np.sin(a), np.cos(b), np.sin(b))
 
 
-@compiled
+@lean
 def least(
     still: tuple[float, float, float], rising: tuple[float, float, float], over: Timespan
 ) -> float:
@@ -70,8 +73,10 @@ def least(
     return ends - bend * length * length / 8.0
 
 
-@compiled
-def turned(axis: Array, moving: Array, fixed: Array) -> tuple[float, float, float]:
+@lean
+def turned(
+    axis: Array, moving: Array | Triple, fixed: Array | Triple
+) -> tuple[float, float, float]:
     """Return the coefficients of (turned ``moving``) . ``fixed``, (3,) each."""
     still = dot(fixed, axis) * dot(moving, axis)
     ahead = (
@@ -82,28 +87,32 @@ def turned(axis: Array, moving: Array, fixed: Array) -> tuple[float, float, floa
     return still, dot(fixed, moving) - still, ahead
 
 
-@compiled
+@lean
 def height(
     motion: Drive, point: Array, normal: Array, offset: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return the coefficients of the height of a moving point (3,), given at t = 0."""
-    a, b, c = turned(motion.axis, minus(point, motion.pivot), normal)
+    p = motion.pivot
+    arm = (point[0] - p[0], point[1] - p[1], point[2] - p[2])
+    a, b, c = turned(motion.axis, arm, normal)
     level = dot(normal, motion.pivot) - offset
     return (a + level, b, c), (dot(normal, motion.drift), 0.0, 0.0)
 
 
-@compiled
+@lean
 def beneath(
     motion: Drive, normal: Array, offset: float, point: Array
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return the coefficients of the height of a fixed point (3,) over a plane, given at t = 0."""
-    a, b, c = turned(motion.axis, normal, minus(point, motion.pivot))
+    p = motion.pivot
+    arm = (point[0] - p[0], point[1] - p[1], point[2] - p[2])
+    a, b, c = turned(motion.axis, normal, arm)
     from_pivot = offset - dot(normal, motion.pivot)
     d, e, f = turned(motion.axis, normal, motion.drift)
     return (a - from_pivot, b, c), (-d, -e, -f)
 
 
-@compiled
+@lean
 def over_plane(normal: Array, offset: float, points: Array) -> float:
     """Return how far the lowest of points (n, 3) is over a plane."""
     lowest = np.inf

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, lean
 
 
-@compiled
-def dot(a: Array, b: Array) -> float:
+@lean
+def dot(a: Array | tuple[float, ...], b: Array | tuple[float, ...]) -> float:
     """Return a . b for (3,)."""
     product: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
