@@ -96,7 +96,7 @@ def one(hulls: Hulls, k: int) -> Hull:
     )
 
 
-@compiled
+@lean
 def turn(vectors: Array, R: Array, into: Array) -> None:
     """Write vectors (n, 3) turned by R (3, 3)."""
     for i in range(len(vectors)):
