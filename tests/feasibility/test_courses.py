@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gm_ompl import limits
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility import course_states
 from gm_ompl.feasibility.arc_states import ArcStates
@@ -15,7 +16,7 @@ from gm_ompl.feasibility.course_states import CourseStates
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.mechanics import columns
-from gm_ompl.motion.courses import Courses, courses, is_course
+from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
@@ -41,9 +42,11 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 def arcs(problem: Problem) -> tuple[list[GraphArc], Courses]:
     """The arcs that leave the first poses of a scenario's lattice."""
     graph = problem.object_graph
-    steps = [step for _, step in leaving(graph, POSES)]
-    assert all(map(is_course, steps))
-    return steps, courses(steps, [graph.pose(step.head) for step in steps])
+    assert isinstance(graph, ContactLattice)
+    for _ in leaving(graph, POSES):
+        pass
+    which = range(len(graph.arcs))
+    return [graph.arc(k) for k in which], graph.courses(np.array(which))
 
 
 def test_what_is_free_along_screws(problem: Problem) -> None:
