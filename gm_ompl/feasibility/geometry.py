@@ -20,7 +20,7 @@ from gm_ompl.problem import Placements, Problem
 AT_ONCE: Final = 1000
 """Screws between two looks at the limits in force."""
 
-A_THREAD: Final = 20
+A_THREAD: Final = 50
 """Screws that take longer than it takes to start a thread."""
 
 
