@@ -52,6 +52,8 @@ def _share_out(work: Callable[[slice], None], first: int, last: int, least: int)
         return
     from concurrent.futures import ThreadPoolExecutor  # most searches need no threads
 
-    with ThreadPoolExecutor(parts) as threads:
-        for done in [threads.submit(work, part) for part in slices]:
+    with ThreadPoolExecutor(parts - 1) as threads:
+        others = [threads.submit(work, part) for part in slices[1:]]
+        work(slices[0])
+        for done in others:
             done.result()

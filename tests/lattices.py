@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Iterator
 
@@ -37,6 +38,16 @@ def differences(one: ObjectGraph, two: ObjectGraph, size: float, most: int) -> I
                 yield f"{_words(arc)} from {_place(one.pose(node))} ends at another node"
         for arc in left:
             yield f"only the second has {_words(arc)} from {_place(two.pose(partner[node]))}"
+
+
+def leaving(graph: ObjectGraph, most: int) -> Iterator[tuple[int, GraphArc]]:
+    """Yield the arcs that leave the first poses of a lattice, with their tails."""
+    met = [graph.start]
+    for tail in itertools.islice(met, most):
+        for arc in graph.arcs_from(tail):
+            if arc.head not in met:
+                met.append(arc.head)
+            yield tail, arc
 
 
 def _same(a: GraphArc, b: GraphArc, size: float) -> bool:

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import inlined
+from gm_ompl.compilation import inlined, lean
 from gm_ompl.contact.closing import BRACKET, Pair, closing, leaving
 from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.packed import (
@@ -19,7 +19,7 @@ from gm_ompl.geometry.packed import (
 )
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch, width
 from gm_ompl.geometry.swept import boxes_meet
-from gm_ompl.geometry.vectors import dot, product
+from gm_ompl.geometry.vectors import across, dot
 
 ROUNDING: Final = 1e-10
 """Gaps are known to this, relative to D."""
@@ -130,9 +130,17 @@ def _beside(mover: Hull, motion: Drive, other: Hull, small: Lengths) -> float:
 @inlined
 def _sliding(here: Hull, there: Hull, drift: Array, small: Lengths) -> float:
     """Return the share of a translation until two pieces touch, or penetrate."""
-    axes = _separating(here, there)
-    n, wide = len(axes), -np.inf
-    gaps, rates = np.empty(n), np.empty(n)
+    n = len(there.normals) + len(here.normals) + 2 * len(here.edges) * len(there.edges)
+    return _slid(here, there, drift, small, (np.empty((n, 3)), np.empty(n), np.empty(n)))
+
+
+@lean
+def _slid(
+    here: Hull, there: Hull, drift: Array, small: Lengths, room: tuple[Array, Array, Array]
+) -> float:
+    """Do what ``_sliding`` does; there is room for axes (n, 3), gaps and rates (n,)."""
+    (axes, gaps, rates), wide = room, -np.inf
+    n = _write_separating(here, there, axes)
     for k in range(n):
         near, far = np.inf, -np.inf
         for i in range(len(here.vertices)):
@@ -160,10 +168,14 @@ def _sliding(here: Hull, there: Hull, drift: Array, small: Lengths) -> float:
 
 
 @inlined
-def _separating(here: Hull, there: Hull) -> Array:
-    """Return directions (k, 3), from the second piece to the first, one of which separates them."""
+def _write_separating(here: Hull, there: Hull, axes: Array) -> int:
+    """Write directions, from the second piece to the first, one of which separates them.
+
+    Returns:
+        How many they are.
+    """
     f, g = len(there.normals), len(here.normals)
-    axes, count = np.empty((f + g + 2 * len(here.edges) * len(there.edges), 3)), f + g
+    count = f + g
     for k in range(3):
         for i in range(f):
             axes[i, k] = there.normals[i, k]
@@ -171,14 +183,14 @@ def _separating(here: Hull, there: Hull) -> Array:
             axes[f + i, k] = -here.normals[i, k]
     for i in range(len(here.edges)):
         for j in range(len(there.edges)):
-            axis = product(here.edges[i], there.edges[j])
+            axis = across(here.edges[i], there.edges[j])
             sine = np.sqrt(dot(axis, axis))
             if sine > PARALLEL:
                 for k in range(3):
                     axes[count, k] = axis[k] / sine
                     axes[count + 1, k] = -axes[count, k]
                 count += 2
-    return axes[:count]
+    return count
 
 
 @inlined

@@ -79,7 +79,7 @@ class ArcStates:
             problem.body.diagonal,
             64,
         )
-        self._states = _room(self._room, 1)
+        self._states = state_room(self._room, 1)
 
     def along(self, arc: Arc, parts: int) -> list[bytes] | None:
         """Return the states' keys, as ``contact_key`` has them; None where it is not known how.
@@ -101,11 +101,11 @@ class ArcStates:
         past = NO_ROOM
         while past == NO_ROOM:
             if len(looks) > len(self._states.past):
-                self._states = _room(self._room, len(looks))
+                self._states = state_room(self._room, len(looks))
             past = states_along(course, looks, self._world, self._states, self._D)
             if past == NO_ROOM:
                 self._room *= 2
-                self._states = _room(self._room, len(looks))
+                self._states = state_room(self._room, len(looks))
         if past < 0:
             return None
         ends, keys = self._states.past[: len(looks), 1].tolist(), self._states.keys
@@ -123,7 +123,7 @@ class ArcStates:
         return ContactState(points, normals, s.slip[part], s.rotations[k], surfaces)
 
 
-def _room(contacts: int, states: int) -> StateRoom:
+def state_room(contacts: int, states: int) -> StateRoom:
     """Return room for so many contacts and states."""
     return StateRoom(
         sheet(contacts), np.empty((contacts, 3)), np.empty((states, 3, 3)),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gm_ompl.arrays import Array
+from gm_ompl.feasibility.keys import spots
+from gm_ompl.mechanics.columns import hand_columns
 from gm_ompl.problem import Problem
 
 if TYPE_CHECKING:
@@ -29,3 +31,15 @@ def deciders(problem: Problem, U: Array) -> tuple[CaseDecider | None, StrongDeci
 
         strong = StrongDecider(problem, U)
     return cases, strong
+
+
+def tips_for_cuts(problem: Problem, U: Array, cases: CaseDecider | None) -> Array:
+    """Return all fingers' columns for unit normal force at all placements (n, P, s, 6).
+
+    Of several cases the first one's: what bounds one case bounds the worst.
+    """
+    if cases is not None:
+        tips: Array = cases.tips.tables[0]
+        return tips
+    hand, s = problem.fingers, problem.mechanics.cone_edges
+    return hand_columns(*spots(problem), hand.friction, hand.soft, s, U)

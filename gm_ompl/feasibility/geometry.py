@@ -1,24 +1,27 @@
-"""What geometry alone says at a pose, and along an arc up to the node it leads to."""
+"""What geometry alone says at a pose, and along screws up to the nodes they lead to."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
+from gm_ompl.cores import share_out
+from gm_ompl.feasibility.course_passages import Crossing, pass_along
 from gm_ompl.geometry.collision import Scene
-from gm_ompl.geometry.packed import Drive, drive
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Placements, Problem
 
-UP = np.array([0.0, 0.0, 1.0])
-NOWHERE = np.zeros(3)
+AT_ONCE: Final = 1000
+"""Screws between two looks at the limits in force."""
+
+A_THREAD: Final = 50
+"""Screws that take longer than it takes to start a thread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ class NodeGeometry:
 
 @final
 class Passages:
-    """Says what is free along arcs.
+    """Says what is free along screws.
 
     Args:
         problem: the problem.
@@ -57,6 +60,7 @@ class Passages:
     ) -> None:
         self._scene, self._swept, self._centres = scene, swept, centres
         self._radii: list[float] = problem.fingers.radius.tolist()
+        self._which = [list(centres).index(radius) for radius in self._radii]
         self._piece = problem.fingers.placements.piece
 
     @cached_property
@@ -67,16 +71,30 @@ class Passages:
             for radius, centres in self._centres.items()
         }
 
-    def passing(self, arc: Arc, head: Pose) -> NodeGeometry:
-        """Return what geometry says along an arc and at the node it leads to.
+    @cached_property
+    def _crossing(self) -> Crossing:
+        """What compiled code goes by: fingertips by their radius."""
+        swept, centres = self._swept, self._centres
+        return Crossing(
+            swept.body, swept.obstacles, swept.floor, swept.depth,
+            np.array(list(centres.values())), np.array(list(self._clear_of_object.values())),
+            np.array([swept.gaps(radius) for radius in centres]),
+        )  # fmt: skip
 
-        An arc's ends are part of it: the poses there are not asked for by themselves.
+    def along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
+        """Return whether the object (m,) and which fingertips (m, n, P) are free along screws.
+
+        The nodes that they lead to are part of them; poses at ends are not asked for by themselves.
+
+        Raises:
+            LimitError: a limit in force is reached.
         """
-        ways = [(sweep.start, drive(sweep)) for sweep in arc.sweeps]
-        ways.append((head, Drive(head.position.copy(), UP, 0.0, NOWHERE)))
-        object_free = all(self._swept.object_free_by(*way) for way in ways)
-        free = {radius: mask & object_free for radius, mask in self._clear_of_object.items()}
-        for radius, mask in free.items() if object_free else ():
-            for start, motion in ways:
-                self._swept.keep_free(mask, start.apply(self._centres[radius]), motion, radius)
-        return NodeGeometry(object_free, tuple(free[radius] for radius in self._radii))
+        crossing, count = self._crossing, len(courses.parts)
+        object_free = np.empty(count, dtype=np.bool_)
+        free = np.empty((count, *crossing.apart.shape), dtype=np.bool_)
+
+        def work(part: slice) -> None:
+            pass_along(courses.some(part), crossing, object_free[part], free[part])
+
+        share_out(work, count, A_THREAD, AT_ONCE)
+        return object_free, free[:, self._which]

@@ -31,6 +31,7 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
+from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
@@ -183,14 +184,21 @@ class Judge:
         return NodeGeometry(True, tuple(masks[shape] for shape in shapes))
 
     def passing(self, step: GraphArc, head: Pose) -> NodeGeometry:
-        """Return what geometry says along an arc and at the node it leads to; not remembered."""
-        limits.check()
-        if self.hand is None:
-            self.configurations += 1
-            return self._passages.passing(step.arc, head)
+        """Return what geometry says along an arc and at the node it leads to."""
         along, there = self.along(step.arc), self.node(head)
         both = tuple(a & b for a, b in zip(along.free, there.free, strict=True))
         return NodeGeometry(along.object_free and there.object_free, both)
+
+    def passing_along(self, courses: Courses) -> tuple[BoolArray, BoolArray]:
+        """Return what ``passing`` would of many screws of a hand without joints; not remembered.
+
+        That is whether the object (m,) and which fingertips (m, n, P) are free.
+
+        Raises:
+            LimitError: a limit in force is reached.
+        """
+        self.configurations += len(courses.parts)
+        return self._passages.along(courses)
 
     def refuse(self, arc: Arc | None, pose: Pose, finger: int, row: int) -> None:
         """Take a finger off a placement along an arc and beside a pose: its joints found no way."""

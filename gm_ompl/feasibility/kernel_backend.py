@@ -11,8 +11,8 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
-from gm_ompl.feasibility.deciders import deciders
-from gm_ompl.feasibility.keys import finger_kinds, spots
+from gm_ompl.feasibility.deciders import deciders, tips_for_cuts
+from gm_ompl.feasibility.keys import finger_kinds
 from gm_ompl.feasibility.known_states import KnownStates
 from gm_ompl.mechanics import columns, modes
 from gm_ompl.mechanics.alternatives import Alternatives
@@ -23,6 +23,7 @@ from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.mechanics.program import Program, Touch
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.problem import Placements, Problem
 
@@ -58,14 +59,7 @@ class KernelBackend:
         self._f_max = hand.max_normal_force / self.scale
         self._kinds = finger_kinds(problem)
         self._cases, self._strong = deciders(problem, self._U)
-        # Cuts of the first case's fingertips: what bounds one case bounds the worst.
-        self._tips = (
-            columns.hand_columns(
-                *spots(problem), hand.friction, hand.soft, settings.cone_edges, self._U
-            )
-            if self._cases is None
-            else self._cases.tips.tables[0]
-        )
+        self._tips = tips_for_cuts(problem, self._U, self._cases)
         self._states = KnownStates(problem, self._U, self._weight)
         self._many = isinstance(problem.motion, FreeMotion)
         self._told = None if self._cases is None else self._cases.register
@@ -96,9 +90,16 @@ class KernelBackend:
         """
         return self._states.along(arc, parts, self._told) if self._many else None
 
+    def along(self, courses: Courses) -> IntArray:
+        """Register the contact states in the middles of screws' segments, (m, parts).
+
+        Behind a screw's last, and where compiled code does not tell, numbers are -1.
+        """
+        return self._states.along_courses(courses, self._told)
+
     def contacts(self, environment: int) -> ContactState:
         """Return the contact state of a number, as it was first registered."""
-        return self._states.contacts[environment]
+        return self._states.store.contacts(environment)
 
     def decide(
         self,
@@ -125,7 +126,7 @@ class KernelBackend:
         self, environment: int, hand: IntArray, placements: Placements, below: float
     ) -> ModeDecision | None:
         self.decisions += 1
-        (env, load), f_com, y = self._states.at(environment), np.zeros(len(hand)), np.zeros(6)
+        (env, load), f_com, y = self._states.store.at(environment), np.zeros(len(hand)), np.zeros(6)
         rows = np.array(placements, dtype=np.int64)
         if self._cases is None:
             touch = Touch(env, load, self._tips, self._f_max, DIRECTIONS, hand, rows)
@@ -140,7 +141,7 @@ class KernelBackend:
     def _program(self, environment: int, hand: IntArray, rows: IntArray) -> Program:
         """Return what acts on a hand (k,) at its placements (k,)."""
         tips, f_max = self._tips[hand, rows], self._f_max[hand]
-        return Program(*self._states.at(environment), tips, f_max, DIRECTIONS)
+        return Program(*self._states.store.at(environment), tips, f_max, DIRECTIONS)
 
     def _decision(
         self, environment: int, hand: IntArray, rows: Placements, answer: Answer, f_com: Array
@@ -198,7 +199,7 @@ class KernelBackend:
         return zs
 
     def _answers(self, which: IntArray, rows: IntArray, below: float) -> Decisions:
-        states = States(*self._states.columns(), self._tips, self._f_max, DIRECTIONS)
+        states = States(*self._states.store.columns(), self._tips, self._f_max, DIRECTIONS)
         answers = unanswered(*rows.shape)
 
         def work(part: slice) -> None:
@@ -217,7 +218,7 @@ class KernelBackend:
             cut = [self._cases.load(*pair) for pair in zip(which, answers.loads, strict=True)]
         else:
             answers = self._answers(which, rows, below)
-            cut = list(self._states.columns().loads[which])
+            cut = list(self._states.store.columns().loads[which])
         return [self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)]
 
     def _answer(
@@ -242,7 +243,7 @@ class KernelBackend:
         """Return the decision by z_strong where that counts; z bounds it from above."""
         if self._strong is None or decision.outcome is not Outcome.STABLE:
             return decision
-        columns, contacts = (*self._states.at(environment), self._tips), self.contacts(environment)
+        contacts, columns = self.contacts(environment), self.columns(environment)[:3]
         found = self._strong.decide(decision.z, contacts, columns, hand, rows, below)
         if found is None:
             self.undecided += 1
@@ -284,7 +285,7 @@ class KernelBackend:
 
         That is the environment's columns (e, 6), the load (6,), all fingers' (n, P, s, 6).
         """
-        return *self._states.at(environment), self._tips, self._f_max
+        return *self._states.store.at(environment), self._tips, self._f_max
 
     def decided(self) -> list[Key]:
         """Return what was decided: per decision the contact state, fingers and placements.

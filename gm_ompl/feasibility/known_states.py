@@ -1,37 +1,34 @@
-"""The contact states that mode decisions were asked for, numbered, and their columns."""
+"""The contact states that mode decisions were asked for, numbered."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeAlias, TypeVar, final
+from typing import Final, TypeAlias, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.state import ContactState
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.arc_states import ArcStates
+from gm_ompl.feasibility.course_states import CourseStates, StatesFound
 from gm_ompl.feasibility.keys import contact_key
-from gm_ompl.mechanics import columns
+from gm_ompl.feasibility.state_store import StateStore
 from gm_ompl.motion.arc import Arc
+from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Problem
-
-
-class Columns(NamedTuple):
-    """What acts at contact states, one behind the other, forces over the unit of force.
-
-    Attributes:
-        env: (e, 6), the environment's columns.
-        first: (K + 1,), where each state's begin.
-        loads: (K, 6).
-    """
-
-    env: Array
-    first: IntArray
-    loads: Array
-
 
 Told: TypeAlias = Callable[[ContactState], object] | None
 """Who is told of a new contact state."""
+
+AT_ONCE: Final = 1000
+"""Screws between two looks at the limits in force."""
+
+A_THREAD: Final = 100
+"""Screws that take longer than it takes to start a thread."""
+
+NONE: Final = -1
+"""No state's number."""
 
 
 @final
@@ -44,15 +41,14 @@ class KnownStates:
         weight: the object's, over the unit of force.
 
     Attributes:
-        contacts: the states by their numbers, as they were first registered.
+        store: the states by their numbers, as they were first registered.
     """
 
     def __init__(self, problem: Problem, U: Array, weight: float) -> None:
-        self._problem, self._U, self._weight = problem, U, weight
-        self._along = ArcStates(problem)
+        self._problem = problem
+        self._arc, self._courses = ArcStates(problem), CourseStates(problem)
         self._numbers: dict[bytes, int] = {}
-        self.contacts: list[ContactState] = []
-        self._columns = Columns(np.empty((256, 6)), np.zeros(257, np.int64), np.empty((256, 6)))
+        self.store = StateStore(problem, U, weight)
 
     def number(self, contacts: ContactState, told: Told) -> int:
         """Return a contact state's number."""
@@ -65,52 +61,55 @@ class KnownStates:
 
         None where ``ArcStates`` does not find them.
         """
-        found, numbers = self._along.along(arc, parts), list[int]()
+        found, numbers = self._arc.along(arc, parts), list[int]()
         if found is None:
             return None
         for k, key in enumerate(found):
             known = self._numbers.get(key)
             if known is None:
-                known = self._register(key, self._along.state(k), told)
+                known = self._register(key, self._arc.state(k), told)
             numbers.append(known)
         return numbers
 
     def _register(self, key: bytes, contacts: ContactState, told: Told) -> int:
-        number = self._numbers[key] = len(self.contacts)
-        self.contacts.append(contacts)
-        settings, mu = self._problem.mechanics, self._problem.environment.friction
-        own = columns.environment_columns(contacts, mu, settings.cone_edges, self._U)
-        old, start = self._columns, int(self._columns.first[number])
-        end = start + len(own)
-        self._columns = Columns(
-            with_room(old.env, start, end),
-            with_room(old.first, number + 1, number + 2),
-            with_room(old.loads, number, number + 1),
-        )
-        self._columns.env[start:end], self._columns.first[number + 1] = own, end
-        self._columns.loads[number] = columns.load(contacts.rotation, self._weight, self._U)
+        number = self._numbers[key] = len(self.store)
+        self.store.add(contacts)
         if told is not None:
             told(contacts)
         return number
 
-    def columns(self) -> Columns:
-        """Return what acts at all states so far."""
-        K, found = len(self.contacts), self._columns
-        return Columns(found.env[: found.first[K]], found.first[: K + 1], found.loads[:K])
+    def along_courses(self, courses: Courses, told: Told) -> IntArray:
+        """Return the numbers (m, parts) of the states in the middles of screws' segments.
 
-    def at(self, number: int) -> tuple[Array, Array]:
-        """Return what acts at a state: the environment's columns (e, 6) and the load (6,)."""
-        found = self._columns
-        return found.env[found.first[number] : found.first[number + 1]], found.loads[number]
+        Behind the last of a screw, and of one whose states compiled code does not tell, they are
+        -1.
 
+        Raises:
+            LimitError: a limit in force is reached.
+        """
+        numbers = np.full((len(courses.parts), courses.parts.max(initial=0)), NONE)
+        found = dict[int, StatesFound]()
 
-Rows = TypeVar("Rows", Array, IntArray)
+        def work(part: slice) -> None:
+            found[part.start] = self._courses.along(courses.some(part))
 
+        share_out(work, len(numbers), A_THREAD, AT_ONCE)
+        for first, states in sorted(found.items()):
+            into = numbers[first : first + len(states.counts)]
+            into[np.arange(into.shape[1]) < states.counts[:, None]] = self._enter(states, told)
+        return numbers
 
-def with_room(rows: Rows, count: int, wanted: int) -> Rows:
-    """Return rows with room for as many as wanted: themselves, or the first of them in new ones."""
-    if wanted <= len(rows):
-        return rows
-    grown = np.empty((max(2 * len(rows), wanted), *rows.shape[1:]), rows.dtype)
-    grown[:count] = rows[:count]
-    return grown
+    def _enter(self, found: StatesFound, told: Told) -> list[int]:
+        """Return the numbers of states; new ones are registered."""
+        before, numbers, new = len(self.store), list[int](), list[int]()
+        for k, key in enumerate(found.keys()):
+            number = self._numbers.setdefault(key, before + len(new))
+            if number == before + len(new):
+                new.append(k)
+            numbers.append(number)
+        if new:
+            self.store.add_some(found, np.array(new))
+        if told is not None:
+            for number in range(before, len(self.store)):
+                told(self.store.contacts(number))
+        return numbers

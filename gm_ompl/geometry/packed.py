@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled
+from gm_ompl.compilation import compiled, lean
 from gm_ompl.geometry.solids import ConvexPiece
 from gm_ompl.geometry.sweep import Sweep
 
@@ -96,7 +96,7 @@ def one(hulls: Hulls, k: int) -> Hull:
     )
 
 
-@compiled
+@lean
 def turn(vectors: Array, R: Array, into: Array) -> None:
     """Write vectors (n, 3) turned by R (3, 3)."""
     for i in range(len(vectors)):
@@ -136,29 +136,41 @@ def placed(hulls: Hulls, R: Array, p: Array) -> Hulls:
     return Hulls(new, hulls.ends, low, high)
 
 
-@compiled
-def rotation(axis: Array, angle: float) -> Array:
-    """Return (3, 3), the rotation about a unit axis (3,) [rad]."""
+@lean
+def write_rotation(axis: Array, angle: float, R: Array) -> None:
+    """Write (3, 3), the rotation about a unit axis (3,) [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = axis[0], axis[1], axis[2]
     t = 1.0 - c
-    R = np.empty((3, 3))
     R[0, 0], R[0, 1], R[0, 2] = c + t * x * x, t * x * y - s * z, t * x * z + s * y
     R[1, 0], R[1, 1], R[1, 2] = t * x * y + s * z, c + t * y * y, t * y * z - s * x
     R[2, 0], R[2, 1], R[2, 2] = t * x * z - s * y, t * y * z + s * x, c + t * z * z
-    return R
 
 
 @compiled
-def moved(points: Array, motion: Drive, t: float) -> Array:
-    """Return where points (n, 3), given at t = 0, are at ``t``."""
-    R, places = rotation(motion.axis, t * motion.angle), np.empty_like(points)
+def rotation(axis: Array, angle: float) -> Array:
+    """Return (3, 3), the rotation about a unit axis (3,) [rad]."""
+    R = np.empty((3, 3))
+    write_rotation(axis, angle, R)
+    return R
+
+
+@lean
+def write_moved(points: Array, motion: Drive, t: float, R: Array, places: Array) -> None:
+    """Write where points (n, 3), given at t = 0, are at ``t``; the turn up to there is R (3, 3)."""
     pivot, drift = motion.pivot, motion.drift
     for i in range(len(points)):
         x, y, z = points[i, 0] - pivot[0], points[i, 1] - pivot[1], points[i, 2] - pivot[2]
         for k in range(3):
             arm = R[k, 0] * x + R[k, 1] * y + R[k, 2] * z
             places[i, k] = arm + (pivot[k] + t * drift[k])
+
+
+@compiled
+def moved(points: Array, motion: Drive, t: float) -> Array:
+    """Return where points (n, 3), given at t = 0, are at ``t``."""
+    places = np.empty_like(points)
+    write_moved(points, motion, t, rotation(motion.axis, t * motion.angle), places)
     return places
 
 

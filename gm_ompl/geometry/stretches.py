@@ -12,10 +12,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.packed import Drive, Hull, moved_hull
-from gm_ompl.geometry.vectors import dot, minus, product
+from gm_ompl.geometry.vectors import Triple, across, between, dot
 
 BLOCKED: Final = 0
 """The pieces penetrate each other in the middle of the stretch."""
@@ -37,17 +37,15 @@ class Timespan(NamedTuple):
     s1: float
 
 
-@compiled
+@lean
 def stretch(first: float, last: float, angle: float) -> Timespan:
     """Return a stretch."""
     a, b = first * angle, last * angle
     return Timespan(first, last, angle, np.cos(a), np.sin(a), np.cos(b), np.sin(b))
 
 
-@compiled
-def least(
-    still: tuple[float, float, float], rising: tuple[float, float, float], over: Timespan
-) -> float:
+@lean
+def least(still: Triple, rising: Triple, over: Timespan) -> float:
     """Return the least height over a stretch, or a lower bound where it turns and drifts."""
     a, b, c = still
     d, e, f = rising
@@ -70,8 +68,8 @@ def least(
     return ends - bend * length * length / 8.0
 
 
-@compiled
-def turned(axis: Array, moving: Array, fixed: Array) -> tuple[float, float, float]:
+@lean
+def turned(axis: Array, moving: Array | Triple, fixed: Array | Triple) -> Triple:
     """Return the coefficients of (turned ``moving``) . ``fixed``, (3,) each."""
     still = dot(fixed, axis) * dot(moving, axis)
     ahead = (
@@ -82,28 +80,24 @@ def turned(axis: Array, moving: Array, fixed: Array) -> tuple[float, float, floa
     return still, dot(fixed, moving) - still, ahead
 
 
-@compiled
-def height(
-    motion: Drive, point: Array, normal: Array, offset: float
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+@lean
+def height(motion: Drive, point: Array, normal: Array, offset: float) -> tuple[Triple, Triple]:
     """Return the coefficients of the height of a moving point (3,), given at t = 0."""
-    a, b, c = turned(motion.axis, minus(point, motion.pivot), normal)
+    a, b, c = turned(motion.axis, between(motion.pivot, point), normal)
     level = dot(normal, motion.pivot) - offset
     return (a + level, b, c), (dot(normal, motion.drift), 0.0, 0.0)
 
 
-@compiled
-def beneath(
-    motion: Drive, normal: Array, offset: float, point: Array
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+@lean
+def beneath(motion: Drive, normal: Array, offset: float, point: Array) -> tuple[Triple, Triple]:
     """Return the coefficients of the height of a fixed point (3,) over a plane, given at t = 0."""
-    a, b, c = turned(motion.axis, normal, minus(point, motion.pivot))
+    a, b, c = turned(motion.axis, normal, between(motion.pivot, point))
     from_pivot = offset - dot(normal, motion.pivot)
     d, e, f = turned(motion.axis, normal, motion.drift)
     return (a - from_pivot, b, c), (-d, -e, -f)
 
 
-@compiled
+@lean
 def over_plane(normal: Array, offset: float, points: Array) -> float:
     """Return how far the lowest of points (n, 3) is over a plane."""
     lowest = np.inf
@@ -175,7 +169,7 @@ class Crossed(NamedTuple):
     corner: int
 
 
-@compiled
+@lean
 def crossed(a: Hull, b: Hull) -> Crossed:
     """Return the pair of edges with the widest gap."""
     best, mine, theirs, before, corner = -np.inf, -1, -1, True, 0
@@ -221,21 +215,21 @@ def _spanned(
     Its normal is n = R e x f, R the turn, e the moving edge, f the fixed one. Written out, every
     height over it is linear in R.
     """
-    e, f = mover.edges[pair.mine], other.edges[pair.theirs]
-    if not pair.ahead:
-        e = minus(np.zeros(3), e)
+    sign = 1.0 if pair.ahead else -1.0
+    mine, f = mover.edges[pair.mine], other.edges[pair.theirs]
+    e = (sign * mine[0], sign * mine[1], sign * mine[2])
     axis, corner = motion.axis, other.vertices[pair.corner]
-    one = turned(axis, e, product(f, minus(motion.pivot, corner)))
-    rising = turned(axis, e, product(f, motion.drift))
+    one = turned(axis, e, across(f, between(corner, motion.pivot)))
+    rising = turned(axis, e, across(f, motion.drift))
     none = (0.0, 0.0, 0.0)
     above = below = np.inf
     for i in range(len(mover.vertices)):
-        arm = minus(mover.vertices[i], motion.pivot)
-        two = turned(axis, product(arm, e), f)
+        arm = between(motion.pivot, mover.vertices[i])
+        two = turned(axis, across(arm, e), f)
         still = (one[0] + two[0], one[1] + two[1], one[2] + two[2])
         above = min(above, least(still, rising, over))
     for i in range(len(other.vertices)):
-        u, v, w = turned(axis, e, product(f, minus(other.vertices[i], corner)))
+        u, v, w = turned(axis, e, across(f, between(corner, other.vertices[i])))
         below = min(below, least((-u, -v, -w), none, over))
     u, v, w = turned(axis, e, f)
     cosine = -min(least((u, v, w), none, over), least((-u, -v, -w), none, over))
@@ -259,8 +253,15 @@ def decide(mover: Hull, motion: Drive, other: Hull, first: float, last: float, d
     Returns:
         ``CLEAR``, ``BLOCKED`` or ``UNDECIDED``.
     """
-    over = stretch(first, last, motion.angle)
     here = moved_hull(mover, motion, (first + last) / 2.0)
+    return _decided(mover, here, motion, other, stretch(first, last, motion.angle), depth)
+
+
+@lean
+def _decided(
+    mover: Hull, here: Hull, motion: Drive, other: Hull, over: Timespan, depth: float
+) -> int:
+    """Do what ``decide`` does; ``here`` is the piece in the middle of the stretch."""
     deepest = _over_fixed(mover, here, motion, other, over, depth)
     if deepest == np.inf:
         return CLEAR
@@ -275,7 +276,7 @@ def decide(mover: Hull, motion: Drive, other: Hull, first: float, last: float, d
     return UNDECIDED
 
 
-@compiled
+@lean
 def width(a: Hull, b: Hull) -> float:
     """Return the gap between two pieces along the best separating axis, as ``gap`` does."""
     widest = crossed(a, b).gap

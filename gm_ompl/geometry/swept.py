@@ -7,26 +7,26 @@ each other in its middle or every part is clear.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
-from gm_ompl.compilation import compiled, inlined
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.geometry.collision import EXACT, Scene, allowed_depth
 from gm_ompl.geometry.packed import (
     Drive,
     Hull,
     Hulls,
     drive,
-    moved,
     one,
     packed,
     placed,
     rotation,
     way_box,
+    write_moved,
+    write_rotation,
 )
-from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
 from gm_ompl.geometry.sweep import Sweep
 from gm_ompl.geometry.vectors import dot
@@ -43,22 +43,25 @@ class SweptScene:
 
     Args:
         scene: the same at single poses.
+
+    Attributes:
+        body: the object, object frame.
+        obstacles: what is in its way, world frame.
+        floor: whether there is one.
+        depth: how far the object may penetrate.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._depth, self._floor, self._D = scene.depth, scene.floor, scene.body.diagonal
-        self._body, self._obstacles = packed(scene.body.pieces), packed(scene.obstacles)
-        allowed = [allowed_depth(self._D, piece) for piece in scene.obstacles]
-        self._allowed = np.array([EXACT * self._D, *allowed])
+        self.depth, self.floor, D = scene.depth, scene.floor, scene.body.diagonal
+        self.body, self.obstacles = packed(scene.body.pieces), packed(scene.obstacles)
+        allowed = [allowed_depth(D, piece) for piece in scene.obstacles]
+        self._allowed = np.array([EXACT * D, *allowed])
 
     def object_free(self, sweep: Sweep) -> bool:
         """Whether the object penetrates neither floor nor obstacles along ``sweep``."""
-        return self.object_free_by(sweep.start, drive(sweep))
-
-    def object_free_by(self, start: Pose, motion: Drive) -> bool:
-        """Whether it penetrates neither along a motion that begins at a pose."""
-        here = placed(self._body, start.rotation.copy(), start.position.copy())
-        return body_clear(here, motion, self._obstacles, self._floor, self._depth)
+        start = sweep.start
+        here = placed(self.body, start.rotation.copy(), start.position.copy())
+        return body_clear(here, drive(sweep), self.obstacles, self.floor, self.depth)
 
     def free_placements(self, sweep: Sweep, centres: Array, radius: float) -> BoolArray:
         """Return which fingertips (P,) do not penetrate the environment along ``sweep``.
@@ -69,12 +72,14 @@ class SweptScene:
             radius: their radius.
         """
         free = np.ones(len(centres), dtype=np.bool_)
-        self.keep_free(free, sweep.start.apply(centres), drive(sweep), radius)
+        here, gaps = sweep.start.apply(centres), self.gaps(radius)
+        tips_clear(here, drive(sweep), self.obstacles, self.floor, gaps, free)
         return free
 
-    def keep_free(self, free: BoolArray, here: Array, motion: Drive, radius: float) -> None:
-        """Write which of free fingertips (P,) stay so; centres (P, 3) at t = 0, world frame."""
-        tips_clear(here, motion, self._obstacles, self._floor, radius - self._allowed, free)
+    def gaps(self, radius: float) -> Array:
+        """Return how near centres of fingertips may come to floor and obstacles (1 + k,)."""
+        gaps: Array = radius - self._allowed
+        return gaps
 
 
 @compiled
@@ -93,7 +98,7 @@ def body_clear(here: Hulls, motion: Drive, obstacles: Hulls, floor: bool, depth:
     return True
 
 
-@compiled
+@lean
 def boxes_meet(low: Array, high: Array, hulls: Hulls, j: int, margin: float) -> bool:
     """Whether a box (3,), (3,) reaches to within ``margin`` of the one around piece ``j``."""
     for k in range(3):
@@ -148,23 +153,56 @@ def tips_clear(
         least_gaps: (1 + k,), how near centres may come to the floor, and to each obstacle.
         free: (P,), True where asked.
     """
-    left, up = np.empty((MOST_STRETCHES + 2, 2)), np.array([0.0, 0.0, 1.0])
-    over, turn = stretch(0.0, 1.0, motion.angle), rotation(motion.axis, motion.angle)
-    low, high = np.empty(3), np.empty(3)
+    room = TipRoom(
+        np.empty((MOST_STRETCHES + 2, 2)), rotation(motion.axis, motion.angle), np.empty((2, 3)),
+        np.empty((3, 3)), np.empty((1, 3)), np.array([0.0, 0.0, 1.0]), np.empty(3),
+    )  # fmt: skip
+    _write_clear(centres, motion, obstacles, floor, least_gaps, room, free)
+
+
+class TipRoom(NamedTuple):
+    """What the test of a fingertip needs.
+
+    Attributes:
+        left: (n, 2), stretches still to be looked at.
+        turn: (3, 3), the whole rotation.
+        box: (2, 3), where the fingertip stays.
+        R: (3, 3), the rotation up to some time.
+        place: (1, 3), where the fingertip is then.
+        up: (3,).
+        normal: (3,), of a plane.
+    """
+
+    left: Array
+    turn: Array
+    box: Array
+    R: Array
+    place: Array
+    up: Array
+    normal: Array
+
+
+@lean
+def _write_clear(
+    centres: Array, motion: Drive, obstacles: Hulls, floor: bool, least_gaps: Array,
+    room: TipRoom, free: BoolArray,
+) -> None:  # fmt: skip
+    """Do what ``tips_clear`` does; there is room for it."""
+    over, low, high = stretch(0.0, 1.0, motion.angle), room.box[0], room.box[1]
     for i in range(len(centres)):
         if not free[i]:
             continue
         point = centres[i : i + 1]
         if floor:
-            still, rising = height(motion, point[0], up, 0.0)
+            still, rising = height(motion, point[0], room.up, 0.0)
             if least(still, rising, over) < least_gaps[0]:
                 free[i] = False
                 continue
-        _box_of_way(point[0], motion, turn, low, high)
+        _box_of_way(point[0], motion, room.turn, low, high)
         for j in range(len(obstacles.low)):
             gap = least_gaps[1 + j]
             if boxes_meet(low, high, obstacles, j, gap) and not _tip_clear(
-                point, motion, one(obstacles, j), gap, left
+                point, motion, obstacles, (j, gap), room
             ):
                 free[i] = False
                 break
@@ -183,9 +221,12 @@ def _box_of_way(point: Array, motion: Drive, turn: Array, low: Array, high: Arra
         low[k], high[k] = min(point[k], end) - bulge, max(point[k], end) + bulge
 
 
-@inlined
-def _tip_clear(point: Array, motion: Drive, piece: Hull, gap: float, left: Array) -> bool:
-    """Whether a point (1, 3) stays away from a piece by at least ``gap``."""
+@lean
+def _tip_clear(
+    point: Array, motion: Drive, hulls: Hulls, piece: tuple[int, float], room: TipRoom
+) -> bool:
+    """Whether a point (1, 3) stays away from a piece: its number, and the least gap."""
+    (j, gap), left, place, h = piece, room.left, room.place[0], hulls.all
     left[0, 0], left[0, 1], count = 0.0, 1.0, 1
     for _ in range(MOST_STRETCHES):
         if count == 0:
@@ -193,23 +234,25 @@ def _tip_clear(point: Array, motion: Drive, piece: Hull, gap: float, left: Array
         count -= 1
         first, last = left[count, 0], left[count, 1]
         over, middle = stretch(first, last, motion.angle), (first + last) / 2.0
-        place, clear, highest = moved(point, motion, middle)[0], False, -np.inf
-        for k in range(len(piece.normals)):
-            above = dot(piece.normals[k], place) - piece.offsets[k]
+        write_rotation(motion.axis, middle * motion.angle, room.R)
+        write_moved(point, motion, middle, room.R, room.place)
+        clear, highest = False, -np.inf
+        for k in range(hulls.ends[j, 1], hulls.ends[j + 1, 1]):
+            above = dot(h.normals[k], place) - h.offsets[k]
             highest = max(highest, above)
             if above >= gap and not clear:
-                still, rising = height(motion, point[0], piece.normals[k], piece.offsets[k])
+                still, rising = height(motion, point[0], h.normals[k], h.offsets[k])
                 clear = least(still, rising, over) >= gap
         if clear:
             continue
         # The plane through the point of the edges that is nearest in the middle.
-        normal = _from_edges(place, piece)
+        _from_edges(place, hulls, j, room.normal)
         support = -np.inf
-        for v in range(len(piece.vertices)):
-            support = max(support, dot(normal, piece.vertices[v]))
-        if max(highest, dot(normal, place) - support) < gap:
+        for v in range(hulls.ends[j, 0], hulls.ends[j + 1, 0]):
+            support = max(support, dot(room.normal, h.vertices[v]))
+        if max(highest, dot(room.normal, place) - support) < gap:
             return False
-        still, rising = height(motion, point[0], normal, support)
+        still, rising = height(motion, point[0], room.normal, support)
         if least(still, rising, over) >= gap:
             continue
         if last - first <= SHORTEST:
@@ -221,11 +264,12 @@ def _tip_clear(point: Array, motion: Drive, piece: Hull, gap: float, left: Array
 
 
 @inlined
-def _from_edges(place: Array, piece: Hull) -> Array:
-    """Return the unit direction (3,) to a place from the nearest point of a piece's edges."""
-    best, normal = np.inf, np.zeros(3)
-    for k in range(len(piece.starts)):
-        span, start = piece.spans[k], piece.starts[k]
+def _from_edges(place: Array, hulls: Hulls, j: int, normal: Array) -> None:
+    """Write the unit direction (3,) to a place from the nearest point of a piece's edges."""
+    best, starts, spans = np.inf, hulls.all.starts, hulls.all.spans
+    normal[0] = normal[1] = normal[2] = 0.0
+    for k in range(hulls.ends[j, 3], hulls.ends[j + 1, 3]):
+        span, start = spans[k], starts[k]
         x, y, z = place[0] - start[0], place[1] - start[1], place[2] - start[2]
         along = x * span[0] + y * span[1] + z * span[2]
         share = min(1.0, max(0.0, along / dot(span, span)))
@@ -236,4 +280,3 @@ def _from_edges(place: Array, piece: Hull) -> Array:
     length = max(np.sqrt(best), 1e-300)
     for c in range(3):
         normal[c] /= length
-    return normal

@@ -11,6 +11,7 @@ from gm_ompl.arrays import IntArray
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph.arc_classes import ArcClasses
 from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
@@ -22,7 +23,6 @@ from gm_ompl.graph.kept_tables import (
     BLOCKED,
     EMPTY,
     FAILED,
-    READY,
     STATES,
     UNKNOWN,
     WANTED,
@@ -91,6 +91,7 @@ class KeptGraph:
         self._apart, self._ends = problem.hand is not None, motion.ends
         firsts = firsts_of(hand.shapes)
         self._fingers = list(firsts.values())
+        self._classes = ArcClasses(judge, problem.object_graph, self._fingers)
         number = {shape: f for f, shape in enumerate(firsts)}
         axis = turning_axis(problem)
         self._planar = None if axis is None else PlanarBounds(judge, axis)
@@ -224,24 +225,12 @@ class KeptGraph:
 
     def answer(self) -> None:
         """Find what was asked for."""
-        wanted = self.tables.arcs.stages[: self._taken_in.kinds] == WANTED
-        for kind in np.flatnonzero(wanted).tolist():
-            self._learn(kind)
+        wanted = np.flatnonzero(self.tables.arcs.stages[: self._taken_in.kinds] == WANTED)
+        first = wanted.tolist()
+        if not self._apart:
+            first = [self._graph.arcs.kind_arcs[kind] for kind in first]
+        self._classes.learn(wanted, np.array(first, dtype=np.int64), self.tables.arcs)
         self._decide()
-
-    def _learn(self, kind: int) -> None:
-        """Find where fingertips are free along a class of arcs, and its contact states."""
-        arcs, arc = self.tables.arcs, kind if self._apart else self._graph.arcs.kind_arcs[kind]
-        step = self._graph.arc(arc)
-        found = self._judge.passing(step, self._graph.pose(step.head))
-        passes = found.object_free and all(free.any() for free in found.free)
-        arcs.stages[kind] = READY if passes else BLOCKED
-        if not passes:
-            return
-        for f, i in enumerate(self._fingers):
-            arcs.free[kind, f] = found.free[i]
-        states = self._judge.environments(step)
-        arcs.states[kind, : len(states)] = states
 
     def _decide(self) -> None:
         """Decide the margins that were asked for."""

@@ -20,6 +20,7 @@ from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Problem
 from gm_ompl.sampling.contacts import touching
 from gm_ompl.scenario.load import load
+from tests.lattices import leaving
 
 TASKS = ["bookshelf", "corner-pivot", "ledge", "peg-thin-fingers", "pick-card", "step-over"]
 SHIPPED = [f"tasks/{name}" for name in TASKS] + ["free/l-bracket", "free/out-of-the-corner"]
@@ -30,13 +31,7 @@ EACH = 40
 
 def arcs(problem: Problem) -> Iterator[tuple[int, GraphArc]]:
     """The arcs that leave the first poses of a scenario's lattice, with their tails."""
-    graph = problem.object_graph
-    met = [graph.start]
-    for tail in itertools.islice(met, EACH):
-        for arc in graph.arcs_from(tail):
-            if arc.head not in met:
-                met.append(arc.head)
-            yield tail, arc
+    return leaving(problem.object_graph, EACH)
 
 
 @pytest.fixture(scope="module", params=[*SHIPPED, *RANDOM])
@@ -95,17 +90,6 @@ def test_contact_lines_are_those_of_the_plain_functions(problem: Problem) -> Non
         plain = touching(body, problem.environment, pose, motion.steps.rotate).lines
         wanted = np.array(plain).reshape(-1, 2, 3)
         np.testing.assert_allclose(lines, wanted, rtol=0, atol=1e-12)
-
-
-def test_an_arc_is_free_where_it_and_its_ends_are(problem: Problem) -> None:
-    """What is free along an arc, asked at once and asked of the arc and of its head's pose."""
-    judge, graph = Judge(problem, ReferenceBackend(problem)), problem.object_graph
-    for _, arc in itertools.islice(arcs(problem), 0, None, 3):
-        head = graph.pose(arc.head)
-        found, along, there = judge.passing(arc, head), judge.along(arc.arc), judge.node(head)
-        assert found.object_free == (along.object_free and there.object_free)
-        for mask, one, other in zip(found.free, along.free, there.free, strict=True):
-            assert np.array_equal(mask, one & other)
 
 
 def test_the_judge_numbers_states_alike(problem: Problem) -> None:
