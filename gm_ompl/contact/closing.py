@@ -6,8 +6,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from gm_ompl.compilation import compiled, inlined
-from gm_ompl.geometry.packed import Drive, Hull, moved_hull
+from gm_ompl.compilation import inlined, lean
+from gm_ompl.geometry.packed import Drive, Hull, HullRoom, moved_hull
 from gm_ompl.geometry.stretches import width
 
 BRACKET: Final = 1e-5
@@ -26,22 +26,23 @@ GOLDEN: Final = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 class Pair(NamedTuple):
-    """A moving piece, a fixed one, and the width from which their gap is counted."""
+    """A moving piece and a fixed one; whence their gap is counted; room for the first."""
 
     mover: Hull
     motion: Drive
     other: Hull
     level: float
+    room: HullRoom
 
 
-@compiled
+@lean
 def _gap(pair: Pair, t: float) -> float:
-    here = moved_hull(pair.mover, pair.motion, t)
+    here = moved_hull(pair.mover, pair.motion, t, pair.room)
     wide: float = width(here, pair.other) - pair.level
     return wide
 
 
-@compiled
+@lean
 def _crossing(pair: Pair, level: float, first: float, last: float) -> float:
     """Return where a gap that is wider than ``level`` first comes down to it, by halving."""
     for _ in range(HALVINGS):

@@ -7,12 +7,21 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
-from gm_ompl.compilation import compiled, inlined
-from gm_ompl.contact.stops import Lengths, free_share
-from gm_ompl.geometry.packed import Drive, Hulls, moved, moved_hull, one, placed, rotation
+from gm_ompl.compilation import compiled, inlined, lean
+from gm_ompl.contact.stops import Lengths, StopRoom, free_share, stop_room
+from gm_ompl.geometry.packed import (
+    Drive,
+    HullRoom,
+    Hulls,
+    hull_room,
+    moved_hull,
+    piece,
+    placed,
+    write_rotation,
+)
 from gm_ompl.geometry.stretches import width
 from gm_ompl.geometry.swept import boxes_meet
-from gm_ompl.geometry.vectors import dot, minus, plus, product
+from gm_ompl.geometry.vectors import across, between, dot
 
 
 class Offered(NamedTuple):
@@ -73,70 +82,113 @@ class Ended(NamedTuple):
     bare: BoolArray
 
 
+class EndRoom(NamedTuple):
+    """Room for finding what motions come to.
+
+    Attributes:
+        stops: for where they end.
+        pivot: (3,), for a point of a line, world frame.
+        still: (3,), 0.
+    """
+
+    stops: StopRoom
+    pivot: Array
+    still: Array
+
+
 @compiled
 def ended(offered: Offered, R: Array, p: Array, room: Room) -> Ended:
     """Return what motions at the pose (3, 3), (3,) come to."""
     m, here = len(offered.steps), placed(room.body, R, p)
-    shares, ways, rotations = np.zeros(m), np.zeros((m, 3)), np.empty((m, 3, 3))
-    low, high = np.zeros((m, 3)), np.zeros((m, 3))
-    bare, none = np.zeros(m, dtype=np.bool_), np.zeros(3)
+    found = Ended(
+        np.zeros(m), np.zeros((m, 3)), np.empty((m, 3, 3)), np.zeros((m, 3)), np.zeros((m, 3)),
+        np.zeros(m, dtype=np.bool_),
+    )  # fmt: skip
+    bench = EndRoom(stop_room(here, room.obstacles), np.empty(3), np.zeros(3))
     for i in range(m):
-        by, axis, angle = offered.by[i], offered.axes[i], offered.angles[i]
-        turns = offered.turns[i]
-        pivot = plus(by, p)
-        motion = Drive(pivot, axis, angle, none) if turns else Drive(p, axis, 0.0, by)
-        share = free_share(here, motion, room.obstacles, room.floor, room.lengths)
-        if share * _longest(here, motion) < room.shortest:
-            continue
-        shares[i] = share
-        bare[i] = _bare(here, motion, share, offered.steps[i], room)
-        if turns:
-            Rt = rotation(axis, share * angle)
-            for k in range(3):
-                ways[i, k] = by[k] - dot(Rt[k], by)
-                for c in range(3):
-                    rotations[i, k, c] = dot(Rt[k], R[:, c])
-            _widen(by, axis, share * angle, low[i], high[i])
-        else:
-            for k in range(3):
-                ways[i, k] = by[k] if share == 1.0 else share * by[k]
-                for c in range(3):
-                    rotations[i, k, c] = R[k, c]
+        _end(i, here, offered, (R, p), room, bench, found)
+    return found
+
+
+@lean
+def _end(
+    i: int, here: Hulls, offered: Offered, at: tuple[Array, Array], room: Room, bench: EndRoom,
+    found: Ended,
+) -> None:  # fmt: skip
+    """Write what a motion comes to."""
+    by, axis, turns = offered.by[i], offered.axes[i], offered.turns[i]
+    for k in range(3):
+        bench.pivot[k] = at[1][k] + (by[k] if turns else 0.0)
+    angle = offered.angles[i] if turns else 0.0
+    motion = Drive(bench.pivot, axis, angle, bench.still if turns else by)
+    share = free_share(here, motion, room.obstacles, room.floor, room.lengths, bench.stops)
+    if share * _longest(here, motion) < room.shortest:
+        return
+    found.shares[i] = share
+    found.bare[i] = _bare(here, motion, (share, offered.steps[i]), room, bench.stops.hull)
+    if turns:
+        _write_turn(i, motion, by, share, at[0], found, bench.stops.hull.R)
+    else:
         for k in range(3):
-            low[i, k] = min(low[i, k], ways[i, k])
-            high[i, k] = max(high[i, k], ways[i, k])
-    return Ended(shares, ways, rotations, low, high, bare)
+            found.ways[i, k] = by[k] if share == 1.0 else share * by[k]
+            for c in range(3):
+                found.rotations[i, k, c] = at[0][k, c]
+    for k in range(3):
+        found.low[i, k] = min(found.low[i, k], found.ways[i, k])
+        found.high[i, k] = max(found.high[i, k], found.ways[i, k])
 
 
 @inlined
-def _bare(here: Hulls, motion: Drive, share: float, steps: float, room: Room) -> bool:
-    """Whether the object touches nothing in the middle of some segment."""
+def _write_turn(
+    i: int, motion: Drive, by: Array, share: float, R: Array, found: Ended, turned: Array
+) -> None:
+    """Write where a rotation leads; ``turned`` (3, 3) is room."""
+    write_rotation(motion.axis, share * motion.angle, turned)
+    for k in range(3):
+        found.ways[i, k] = by[k] - dot(turned[k], by)
+        for c in range(3):
+            found.rotations[i, k, c] = dot(turned[k], R[:, c])
+    _widen(by, motion.axis, share * motion.angle, found.low[i], found.high[i])
+
+
+@inlined
+def _bare(
+    here: Hulls, motion: Drive, length: tuple[float, float], room: Room, hull: HullRoom
+) -> bool:
+    """Whether the object touches nothing in the middle of some segment.
+
+    Of a motion by a share, of so many steps.
+    """
+    share, steps = length
     pitch, t = 1.0 / (room.parts * steps), 0.0
     while t < share - 1e-12:
         end = min(t + pitch, share)
-        if not touching(here, motion, (t + end) / 2.0, room):
+        if not _touching(here, motion, (t + end) / 2.0, room, hull):
             return True
         t = end
     return False
 
 
-@compiled
-def touching(here: Hulls, motion: Drive, t: float, room: Room) -> bool:
+@lean
+def _touching(here: Hulls, motion: Drive, t: float, room: Room, hull: HullRoom) -> bool:
     """Whether the object, given at t = 0, touches floor or obstacles at ``t``, or overlaps them."""
-    margin = room.lengths.touching
+    margin, low, high = room.lengths.touching, hull.box[0], hull.box[1]
     for k in range(len(here.low)):
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        mover = one(here, k)
-        places = moved(mover.vertices, motion, t)
-        for i in range(len(places)):
-            for c in range(3):
-                low[c], high[c] = min(low[c], places[i, c]), max(high[c], places[i, c])
+        mover = piece(here, k)
+        there = moved_hull(mover, motion, t, hull)
+        for c in range(3):
+            low[c], high[c] = np.inf, -np.inf
+            for i in range(len(there.vertices)):
+                low[c], high[c] = (
+                    min(low[c], there.vertices[i, c]),
+                    max(high[c], there.vertices[i, c]),
+                )
         if room.floor and low[2] <= margin:
             return True
         for j in range(len(room.obstacles.low)):
             if (
                 boxes_meet(low, high, room.obstacles, j, margin)
-                and width(moved_hull(mover, motion, t), one(room.obstacles, j)) <= margin
+                and width(there, piece(room.obstacles, j)) <= margin
             ):
                 return True
     return False
@@ -149,7 +201,7 @@ def _longest(here: Hulls, motion: Drive) -> float:
         return float(np.sqrt(dot(motion.drift, motion.drift)))
     farthest = 0.0
     for i in range(len(here.all.vertices)):
-        arm = minus(here.all.vertices[i], motion.pivot)
+        arm = between(motion.pivot, here.all.vertices[i])
         along = dot(arm, motion.axis)
         farthest = max(farthest, dot(arm, arm) - along * along)
     return float(abs(motion.angle) * np.sqrt(farthest))
@@ -158,10 +210,13 @@ def _longest(here: Hulls, motion: Drive) -> float:
 @inlined
 def _widen(pivot: Array, axis: Array, angle: float, low: Array, high: Array) -> None:
     """Widen a box by where a point that begins at the origin has its extremes in a turn."""
-    along, arm = dot(pivot, axis), np.empty(3)
-    for k in range(3):
-        arm[k] = along * axis[k] - pivot[k]  # from the line
-    ahead = product(axis, arm)
+    along = dot(pivot, axis)
+    arm = (  # from the line
+        along * axis[0] - pivot[0],
+        along * axis[1] - pivot[1],
+        along * axis[2] - pivot[2],
+    )
+    ahead = across(axis, arm)
     for k in range(3):
         top = np.arctan2(ahead[k], arm[k])
         for at in (top, top + np.pi):
@@ -177,7 +232,7 @@ def _widen(pivot: Array, axis: Array, angle: float, low: Array, high: Array) -> 
 def touches(R: Array, p: Array, room: Room) -> bool:
     """Whether the object touches anything at a pose, or overlaps it."""
     still = Drive(p, np.array([0.0, 0.0, 1.0]), 0.0, np.zeros(3))
-    return bool(touching(placed(room.body, R, p), still, 0.0, room))
+    return bool(_touching(placed(room.body, R, p), still, 0.0, room, hull_room(room.body)))
 
 
 DIGITS: Final = 1e9

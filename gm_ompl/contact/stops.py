@@ -7,18 +7,20 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import inlined, lean
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.contact.closing import BRACKET, Pair, closing, leaving
 from gm_ompl.geometry.facets import PARALLEL
 from gm_ompl.geometry.packed import (
     Drive,
     Hull,
+    HullRoom,
     Hulls,
-    one,
-    way_box,
+    hull_room,
+    piece,
+    write_way_box,
 )
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch, width
-from gm_ompl.geometry.swept import boxes_meet
+from gm_ompl.geometry.swept import UP, boxes_meet
 from gm_ompl.geometry.vectors import across, dot
 
 ROUNDING: Final = 1e-10
@@ -65,32 +67,66 @@ def lengths(diagonal: float, tolerance: float) -> Lengths:
     return Lengths(*(share * diagonal for share in small))
 
 
-@inlined
-def free_share(here: Hulls, motion: Drive, obstacles: Hulls, floor: bool, small: Lengths) -> float:
+class StopRoom(NamedTuple):
+    """Room for finding where motions end.
+
+    Attributes:
+        hull: for a piece that has moved.
+        left: (n, 2), for stretches still to be looked at.
+        axes: (n, 3), for directions that separate two pieces.
+        gaps: (n,), for the gaps along them.
+        rates: (n,), for how fast these change.
+    """
+
+    hull: HullRoom
+    left: Array
+    axes: Array
+    gaps: Array
+    rates: Array
+
+
+@compiled
+def stop_room(body: Hulls, obstacles: Hulls) -> StopRoom:
+    """Return room for a body beside obstacles."""
+    n, a, b = 0, body.ends, obstacles.ends
+    for k in range(len(body.low)):
+        for j in range(len(obstacles.low)):
+            faces = a[k + 1, 1] - a[k, 1] + b[j + 1, 1] - b[j, 1]
+            pairs = (a[k + 1, 2] - a[k, 2]) * (b[j + 1, 2] - b[j, 2])
+            n = max(n, faces + 2 * pairs)
+    left = np.empty((MOST_STRETCHES + 2, 2))
+    return StopRoom(hull_room(body), left, np.empty((n, 3)), np.empty(n), np.empty(n))
+
+
+@lean
+def free_share(
+    here: Hulls, motion: Drive, obstacles: Hulls, floor: bool, small: Lengths, room: StopRoom
+) -> float:
     """Return the share of a motion that a body, given at t = 0, can go."""
     share = 1.0
     if floor:
         for k in range(len(here.low)):
-            share = min(share, _over_floor(one(here, k), motion, small))
+            share = min(share, _over_floor(piece(here, k), motion, small))
     for k in range(len(here.low)):
-        mover = one(here, k)
+        mover = piece(here, k)
         for j in range(len(obstacles.low)):
-            low, high = way_box(mover.vertices, motion, share)
+            write_way_box(mover.vertices, motion, share, room.hull)
+            low, high = room.hull.box[0], room.hull.box[1]
             if boxes_meet(low, high, obstacles, j, small.touching):
-                share = min(share, _beside(mover, motion, one(obstacles, j), small))
+                share = min(share, _beside(mover, motion, piece(obstacles, j), small, room))
     return 1.0 if share >= 1.0 - WHOLE else share
 
 
 @inlined
 def _over_floor(mover: Hull, motion: Drive, small: Lengths) -> float:
     """Return the share that a piece can go over the floor."""
-    up, over = np.array([0.0, 0.0, 1.0]), stretch(0.0, 1.0, motion.angle)
+    over = stretch(0.0, 1.0, motion.angle)
     first = np.inf
     for i in range(len(mover.vertices)):
         first = min(first, mover.vertices[i, 2])
     touches, share = first <= small.touching, 1.0
     for i in range(len(mover.vertices)):
-        still, rising = height(motion, mover.vertices[i], up, 0.0)
+        still, rising = height(motion, mover.vertices[i], UP, 0.0)
         at_first, lowest = mover.vertices[i, 2], least(still, rising, over)
         # What touches may go no deeper than a contact is; what is apart ends where it touches.
         if (lowest >= -small.touching) if touches else (lowest > small.touch):
@@ -110,36 +146,27 @@ def _over_floor(mover: Hull, motion: Drive, small: Lengths) -> float:
     return share
 
 
-@inlined
-def _beside(mover: Hull, motion: Drive, other: Hull, small: Lengths) -> float:
+@lean
+def _beside(mover: Hull, motion: Drive, other: Hull, small: Lengths, room: StopRoom) -> float:
     """Return the share that a piece can go beside one of the environment."""
     if motion.angle == 0.0:
-        return _sliding(mover, other, motion.drift, small)
+        return _sliding(mover, other, motion.drift, small, room)
     wide = width(mover, other)
     apart = wide > small.touching
     depth = -small.touch if apart else small.touching
-    first, last = _bracket(mover, motion, other, depth)
+    first, last = _bracket(mover, motion, other, depth, room)
     if first > 1.0:
         return 1.0
-    pair = Pair(mover, motion, other, 0.0 if apart else min(wide, 0.0))
+    pair = Pair(mover, motion, other, 0.0 if apart else min(wide, 0.0), room.hull)
     if apart:
         return closing(pair, first, last, small.closed, small.rounding)
     return leaving(pair, last, small.deep)
 
 
 @inlined
-def _sliding(here: Hull, there: Hull, drift: Array, small: Lengths) -> float:
+def _sliding(here: Hull, there: Hull, drift: Array, small: Lengths, room: StopRoom) -> float:
     """Return the share of a translation until two pieces touch, or penetrate."""
-    n = len(there.normals) + len(here.normals) + 2 * len(here.edges) * len(there.edges)
-    return _slid(here, there, drift, small, (np.empty((n, 3)), np.empty(n), np.empty(n)))
-
-
-@lean
-def _slid(
-    here: Hull, there: Hull, drift: Array, small: Lengths, room: tuple[Array, Array, Array]
-) -> float:
-    """Do what ``_sliding`` does; there is room for axes (n, 3), gaps and rates (n,)."""
-    (axes, gaps, rates), wide = room, -np.inf
+    axes, gaps, rates, wide = room.axes, room.gaps, room.rates, -np.inf
     n = _write_separating(here, there, axes)
     for k in range(n):
         near, far = np.inf, -np.inf
@@ -194,16 +221,18 @@ def _write_separating(here: Hull, there: Hull, axes: Array) -> int:
 
 
 @inlined
-def _bracket(mover: Hull, motion: Drive, other: Hull, depth: float) -> tuple[float, float]:
+def _bracket(
+    mover: Hull, motion: Drive, other: Hull, depth: float, room: StopRoom
+) -> tuple[float, float]:
     """Return (t, t'), clear up to t and blocked somewhere up to t'; both 2: clear throughout."""
-    left, count = np.empty((MOST_STRETCHES + 2, 2)), 1
+    left, count = room.left, 1
     left[0, 0], left[0, 1] = 0.0, 1.0
     for _ in range(MOST_STRETCHES):
         if count == 0:
             return 2.0, 2.0
         count -= 1
         first, last = left[count, 0], left[count, 1]
-        answer = decide(mover, motion, other, first, last, depth)
+        answer = decide(mover, motion, other, (first, last), depth, room.hull)
         if answer == CLEAR:
             continue
         middle = (first + last) / 2.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import compiled, lean
+from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.geometry.solids import ConvexPiece
 from gm_ompl.geometry.sweep import Sweep
 
@@ -82,8 +82,8 @@ def drive(sweep: Sweep) -> Drive:
     return Drive(sweep.pivot.copy(), sweep.axis.copy(), float(sweep.angle), sweep.drift.copy())
 
 
-@compiled
-def one(hulls: Hulls, k: int) -> Hull:
+@inlined
+def piece(hulls: Hulls, k: int) -> Hull:
     """Return piece ``k``."""
     a, b, h = hulls.ends[k], hulls.ends[k + 1], hulls.all
     return Hull(
@@ -166,37 +166,64 @@ def write_moved(points: Array, motion: Drive, t: float, R: Array, places: Array)
             places[i, k] = arm + (pivot[k] + t * drift[k])
 
 
-@compiled
-def moved(points: Array, motion: Drive, t: float) -> Array:
-    """Return where points (n, 3), given at t = 0, are at ``t``."""
-    places = np.empty_like(points)
-    write_moved(points, motion, t, rotation(motion.axis, t * motion.angle), places)
-    return places
+class HullRoom(NamedTuple):
+    """Where a piece is written that has moved.
+
+    Attributes:
+        hull: room for the largest piece.
+        R: (3, 3), the rotation.
+        box: (2, 3), around where a piece stays.
+    """
+
+    hull: Hull
+    R: Array
+    box: Array
 
 
 @compiled
-def moved_hull(hull: Hull, motion: Drive, t: float) -> Hull:
+def hull_room(hulls: Hulls) -> HullRoom:
+    """Return room for any of some pieces."""
+    v, f, e, none = 0, 0, 0, np.empty((0, 3))
+    for k in range(len(hulls.low)):
+        v = max(v, hulls.ends[k + 1, 0] - hulls.ends[k, 0])
+        f = max(f, hulls.ends[k + 1, 1] - hulls.ends[k, 1])
+        e = max(e, hulls.ends[k + 1, 2] - hulls.ends[k, 2])
+    hull = Hull(np.empty((v, 3)), np.empty((f, 3)), np.empty(f), np.empty((e, 3)), none, none)
+    return HullRoom(hull, np.empty((3, 3)), np.empty((2, 3)))
+
+
+@inlined
+def moved_hull(hull: Hull, motion: Drive, t: float, room: HullRoom) -> Hull:
     """Return where a piece, given at t = 0, is at ``t``; its edges' places are left out."""
-    R = rotation(motion.axis, t * motion.angle)
-    normals, edges = np.empty_like(hull.normals), np.empty_like(hull.edges)
-    turn(hull.normals, R, normals)
-    turn(hull.edges, R, edges)
-    offsets = np.empty_like(hull.offsets)
-    p, d = motion.pivot, motion.drift
-    for i in range(len(offsets)):
-        n, m = hull.normals[i], normals[i]
-        offsets[i] = hull.offsets[i] - (n[0] * p[0] + n[1] * p[1] + n[2] * p[2])
+    write_moved_hull(hull, motion, t, room)
+    v, f, e, h = len(hull.vertices), len(hull.normals), len(hull.edges), room.hull
+    return Hull(h.vertices[:v], h.normals[:f], h.offsets[:f], h.edges[:e], hull.starts, hull.spans)
+
+
+@lean
+def write_moved_hull(hull: Hull, motion: Drive, t: float, room: HullRoom) -> None:
+    """Write where a piece, given at t = 0, is at ``t``."""
+    into, R, p, d = room.hull, room.R, motion.pivot, motion.drift
+    write_rotation(motion.axis, t * motion.angle, R)
+    turn(hull.normals, R, into.normals)
+    turn(hull.edges, R, into.edges)
+    for i in range(len(hull.offsets)):
+        n, m = hull.normals[i], into.normals[i]
+        offset = hull.offsets[i] - (n[0] * p[0] + n[1] * p[1] + n[2] * p[2])
         for k in range(3):
-            offsets[i] += m[k] * (p[k] + t * d[k])
-    return Hull(moved(hull.vertices, motion, t), normals, offsets, edges, hull.starts, hull.spans)
+            offset += m[k] * (p[k] + t * d[k])
+        into.offsets[i] = offset
+    write_moved(hull.vertices, motion, t, R, into.vertices)
 
 
-@compiled
-def way_box(points: Array, motion: Drive, share: float) -> tuple[Array, Array]:
-    """Return a box (3,), (3,) in which points (n, 3), given at t = 0, stay up to t = ``share``."""
-    low, high, widest = np.full(3, np.inf), np.full(3, -np.inf), 0.0
-    R, axis = rotation(motion.axis, share * motion.angle), motion.axis
+@lean
+def write_way_box(points: Array, motion: Drive, share: float, room: HullRoom) -> None:
+    """Write a box in which points (n, 3), given at t = 0, stay up to t = ``share``."""
+    low, high, R, axis, widest = room.box[0], room.box[1], room.R, motion.axis, 0.0
+    write_rotation(axis, share * motion.angle, R)
     pivot, drift = motion.pivot, motion.drift
+    for k in range(3):
+        low[k], high[k] = np.inf, -np.inf
     for i in range(len(points)):
         x, y, z = points[i, 0] - pivot[0], points[i, 1] - pivot[1], points[i, 2] - pivot[2]
         along = x * axis[0] + y * axis[1] + z * axis[2]
@@ -210,4 +237,3 @@ def way_box(points: Array, motion: Drive, share: float) -> tuple[Array, Array]:
     for k in range(3):
         low[k] -= bulge
         high[k] += bulge
-    return low, high

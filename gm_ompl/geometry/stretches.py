@@ -12,9 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled, inlined, lean
+from gm_ompl.compilation import inlined, lean
 from gm_ompl.geometry.facets import PARALLEL
-from gm_ompl.geometry.packed import Drive, Hull, moved_hull
+from gm_ompl.geometry.packed import Drive, Hull, HullRoom, moved_hull
 from gm_ompl.geometry.vectors import Triple, across, between, dot
 
 BLOCKED: Final = 0
@@ -81,7 +81,9 @@ def turned(axis: Array, moving: Array | Triple, fixed: Array | Triple) -> Triple
 
 
 @lean
-def height(motion: Drive, point: Array, normal: Array, offset: float) -> tuple[Triple, Triple]:
+def height(
+    motion: Drive, point: Array, normal: Array | Triple, offset: float
+) -> tuple[Triple, Triple]:
     """Return the coefficients of the height of a moving point (3,), given at t = 0."""
     a, b, c = turned(motion.axis, between(motion.pivot, point), normal)
     level = dot(normal, motion.pivot) - offset
@@ -238,30 +240,26 @@ def _spanned(
     return clear
 
 
-@compiled
-def decide(mover: Hull, motion: Drive, other: Hull, first: float, last: float, depth: float) -> int:
+@lean
+def decide(
+    mover: Hull, motion: Drive, other: Hull, ends: tuple[float, float], depth: float,
+    room: HullRoom,
+) -> int:  # fmt: skip
     """Say of two pieces whether they penetrate each other by more than ``depth``.
 
     Args:
         mover: the one that moves, where it is at t = 0.
         motion: how.
         other: the one that does not.
-        first: t where the stretch begins.
-        last: where it ends.
+        ends: t where the stretch begins, and where it ends.
         depth: allowed.
+        room: for the mover.
 
     Returns:
         ``CLEAR``, ``BLOCKED`` or ``UNDECIDED``.
     """
-    here = moved_hull(mover, motion, (first + last) / 2.0)
-    return _decided(mover, here, motion, other, stretch(first, last, motion.angle), depth)
-
-
-@lean
-def _decided(
-    mover: Hull, here: Hull, motion: Drive, other: Hull, over: Timespan, depth: float
-) -> int:
-    """Do what ``decide`` does; ``here`` is the piece in the middle of the stretch."""
+    over = stretch(ends[0], ends[1], motion.angle)
+    here = moved_hull(mover, motion, (ends[0] + ends[1]) / 2.0, room)
     deepest = _over_fixed(mover, here, motion, other, over, depth)
     if deepest == np.inf:
         return CLEAR

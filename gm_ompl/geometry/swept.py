@@ -17,15 +17,17 @@ from gm_ompl.geometry.collision import EXACT, Scene, allowed_depth
 from gm_ompl.geometry.packed import (
     Drive,
     Hull,
+    HullRoom,
     Hulls,
     drive,
-    one,
+    hull_room,
     packed,
+    piece,
     placed,
     rotation,
-    way_box,
     write_moved,
     write_rotation,
+    write_way_box,
 )
 from gm_ompl.geometry.stretches import BLOCKED, CLEAR, decide, height, least, stretch
 from gm_ompl.geometry.sweep import Sweep
@@ -33,6 +35,8 @@ from gm_ompl.geometry.vectors import dot
 
 SHORTEST: Final = 1e-9
 """A stretch of time so short that is still undecided counts as blocked."""
+
+UP: Final = (0.0, 0.0, 1.0)
 
 MOST_STRETCHES: Final = 500
 """Stretches looked at for one pair: a contact that no plane keeps would take them without end."""
@@ -85,14 +89,25 @@ class SweptScene:
 @compiled
 def body_clear(here: Hulls, motion: Drive, obstacles: Hulls, floor: bool, depth: float) -> bool:
     """Whether a body, given at t = 0, penetrates neither floor nor obstacles by over ``depth``."""
+    room, left = hull_room(here), np.empty((MOST_STRETCHES + 2, 2))
+    return bool(_is_clear(here, motion, obstacles, (floor, depth), room, left))
+
+
+@lean
+def _is_clear(
+    here: Hulls, motion: Drive, obstacles: Hulls, bounds: tuple[bool, float], room: HullRoom,
+    left: Array,
+) -> bool:  # fmt: skip
+    """Do what ``body_clear`` does; there is room for it."""
+    floor, depth = bounds
     for k in range(len(here.low)):
-        mover = one(here, k)
+        mover = piece(here, k)
         if floor and lowest(mover.vertices, motion) < -depth:
             return False
-        low, high = way_box(mover.vertices, motion, 1.0)
+        write_way_box(mover.vertices, motion, 1.0, room)
         for j in range(len(obstacles.low)):
-            if boxes_meet(low, high, obstacles, j, 0.0) and not pair_clear(
-                mover, motion, one(obstacles, j), depth
+            if boxes_meet(room.box[0], room.box[1], obstacles, j, 0.0) and not _pair_clear(
+                mover, motion, piece(obstacles, j), depth, room, left
             ):
                 return False
     return True
@@ -107,27 +122,28 @@ def boxes_meet(low: Array, high: Array, hulls: Hulls, j: int, margin: float) -> 
     return True
 
 
-@compiled
+@inlined
 def lowest(points: Array, motion: Drive) -> float:
     """Return the least height over the floor of points (n, 3) along a motion."""
-    up, found, over = np.array([0.0, 0.0, 1.0]), np.inf, stretch(0.0, 1.0, motion.angle)
+    found, over = np.inf, stretch(0.0, 1.0, motion.angle)
     for i in range(len(points)):
-        still, rising = height(motion, points[i], up, 0.0)
+        still, rising = height(motion, points[i], UP, 0.0)
         found = min(found, least(still, rising, over))
     return found
 
 
 @inlined
-def pair_clear(mover: Hull, motion: Drive, other: Hull, depth: float) -> bool:
+def _pair_clear(
+    mover: Hull, motion: Drive, other: Hull, depth: float, room: HullRoom, left: Array
+) -> bool:
     """Whether a moving piece penetrates another nowhere by more than ``depth``."""
-    left, count = np.empty((MOST_STRETCHES + 2, 2)), 1
-    left[0, 0], left[0, 1] = 0.0, 1.0
+    left[0, 0], left[0, 1], count = 0.0, 1.0, 1
     for _ in range(MOST_STRETCHES):
         if count == 0:
             return True
         count -= 1
         first, last = left[count, 0], left[count, 1]
-        answer = decide(mover, motion, other, first, last, depth)
+        answer = decide(mover, motion, other, (first, last), depth, room)
         if answer == CLEAR:
             continue
         if answer == BLOCKED or last - first <= SHORTEST:
@@ -155,7 +171,7 @@ def tips_clear(
     """
     room = TipRoom(
         np.empty((MOST_STRETCHES + 2, 2)), rotation(motion.axis, motion.angle), np.empty((2, 3)),
-        np.empty((3, 3)), np.empty((1, 3)), np.array([0.0, 0.0, 1.0]), np.empty(3),
+        np.empty((3, 3)), np.empty((1, 3)), np.empty(3),
     )  # fmt: skip
     _write_clear(centres, motion, obstacles, floor, least_gaps, room, free)
 
@@ -169,7 +185,6 @@ class TipRoom(NamedTuple):
         box: (2, 3), where the fingertip stays.
         R: (3, 3), the rotation up to some time.
         place: (1, 3), where the fingertip is then.
-        up: (3,).
         normal: (3,), of a plane.
     """
 
@@ -178,7 +193,6 @@ class TipRoom(NamedTuple):
     box: Array
     R: Array
     place: Array
-    up: Array
     normal: Array
 
 
@@ -194,7 +208,7 @@ def _write_clear(
             continue
         point = centres[i : i + 1]
         if floor:
-            still, rising = height(motion, point[0], room.up, 0.0)
+            still, rising = height(motion, point[0], UP, 0.0)
             if least(still, rising, over) < least_gaps[0]:
                 free[i] = False
                 continue

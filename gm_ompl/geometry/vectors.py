@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-import numpy as np
-
 from gm_ompl.arrays import Array
-from gm_ompl.compilation import compiled, lean
+from gm_ompl.compilation import lean
 
 Triple: TypeAlias = tuple[float, float, float]
 """A vector as three numbers: no array is made for it."""
@@ -34,31 +32,3 @@ def across(a: Array | Triple, b: Array | Triple) -> Triple:
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     )
-
-
-@compiled
-def product(a: Array, b: Array) -> Array:
-    """Return a x b for (3,)."""
-    c = np.empty(3)
-    c[0] = a[1] * b[2] - a[2] * b[1]
-    c[1] = a[2] * b[0] - a[0] * b[2]
-    c[2] = a[0] * b[1] - a[1] * b[0]
-    return c
-
-
-@compiled
-def minus(a: Array, b: Array) -> Array:
-    """Return a - b for (3,)."""
-    c = np.empty(3)
-    for k in range(3):
-        c[k] = a[k] - b[k]
-    return c
-
-
-@compiled
-def plus(a: Array, b: Array) -> Array:
-    """Return a + b for (3,)."""
-    c = np.empty(3)
-    for k in range(3):
-        c[k] = a[k] + b[k]
-    return c
