@@ -112,6 +112,7 @@ class KeptGraph:
         )  # fmt: skip
         self._taken_in = TakenIn(0, 0, 0)
         self._meet()
+        self._see(np.array([START]))
         self._orbits = Orbits(problem, rows)
         begin(self._orbits.first, self.tables)
 
@@ -148,9 +149,12 @@ class KeptGraph:
         if len(new):
             self._graph.leave(new.tolist())
             self._meet()
-            poses = self.tables.poses
-            poses.first[new], poses.past[new] = self._graph.spans(new)
-            self._form(new)
+            first, past = self._graph.spans(new)
+            leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
+            self._form(leaving)
+            arcs, poses = self.tables.arcs, self.tables.poses
+            self._see(arcs.heads[leaving[arcs.stages[arcs.kinds[leaving]] != BLOCKED]])
+            poses.first[new], poses.past[new] = first, past
         poses = self.tables.poses
         self._make_room(int((poses.past[of] - poses.first[of]).sum()))
 
@@ -188,12 +192,7 @@ class KeptGraph:
         graph, known = self._graph, self._taken_in
         new = np.arange(known.poses, len(graph))
         poses = _with_room(self.tables.poses, len(graph))
-        R, p = graph.poses(new)
-        if self._planar is not None:
-            poses.places[new] = self._planar.places(R, p)
-        for f, goal in enumerate(self._goals):
-            poses.onward[new, f] = goal.distances(R, p)
-        poses.goal[new], poses.first[new] = graph.arrived(new), EMPTY
+        poses.places[new, 0], poses.first[new] = np.nan, EMPTY
         arcs, rows = self.tables.arcs, graph.arcs.rows
         count = len(graph.arcs) if self._apart else len(graph.arcs.kind_arcs)
         fresh = np.arange(known.kinds, count)
@@ -206,15 +205,23 @@ class KeptGraph:
         self.tables = self.tables._replace(poses=poses, arcs=arcs)
         self._taken_in = TakenIn(len(graph), count, known.forms)
 
-    def _form(self, poses: IntArray) -> None:
-        """Find how far fingertips go along the arcs that leave poses."""
+    def _see(self, nodes: IntArray) -> None:
+        """Find how far it is from poses to the goal, where that is not known."""
+        poses, graph = self.tables.poses, self._graph
+        new = np.unique(nodes[np.isnan(poses.places[nodes, 0])])
+        R, p = graph.poses(new)
+        for f, goal in enumerate(self._goals):
+            poses.onward[new, f] = goal.distances(R, p)
+        poses.goal[new] = graph.arrived(new)
+        poses.places[new] = 0.0 if self._planar is None else self._planar.places(R, p)
+
+    def _form(self, leaving: IntArray) -> None:
+        """Find how far fingertips go along arcs."""
         graph, arcs, forms = self._graph, self.tables.arcs, len(self._graph.arcs.form_arcs)
         arms, chorded = _with_room((arcs.arms, arcs.chords), forms)
         if forms > self._taken_in.forms:
             chorded[self._taken_in.forms : forms, 0] = np.nan
             self._taken_in = self._taken_in._replace(forms=forms)
-        first, past = self.tables.poses.first[poses], self.tables.poses.past[poses]
-        leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
         asked = np.unique(arcs.forms[leaving])
         new = asked[np.isnan(chorded[asked, 0])]
         courses = graph.courses(np.array(graph.arcs.form_arcs, np.int64)[new])

@@ -71,3 +71,29 @@ def test_what_is_broken_off_is_not_in_it(end: type[BaseException]) -> None:
                 before = closure.next
                 closure.grow(before, len(closure) + 1)
         assert closure.next == before
+
+
+@pytest.mark.parametrize("every", [1, 3, 10])
+def test_growth_that_pauses_is_gone_on_with(every: int) -> None:
+    """Broken off after every few nodes, a part has the same nodes as one grown at once."""
+    problem = load("free/l-bracket").problem
+    whole, paused = (Closure(Judge(problem, KernelBackend(problem))) for _ in range(2))
+    asked = iter(range(10_000))
+
+    def pause() -> bool:
+        return next(asked) % every == every - 1
+
+    for closure in (whole, paused):
+        assert closure.to_goal() is not None
+    for _ in range(2):
+        assert whole.double()
+        pauses = 0
+        while not paused.double(pause):
+            pauses += 1
+        assert pauses > 0
+        assert len(paused) == len(whole) and paused.next == whole.next
+    most = whole.next * 1.2
+    assert whole.grow(most)
+    while not paused.grow(most, pause=pause):
+        pass
+    assert paused.leaving().keys() == whole.leaving().keys()
