@@ -137,6 +137,11 @@ class ContactLattice:
         places, book = self._nodes.book.places[nodes], self._poses.book
         return book.rotations[places], book.positions[places]
 
+    def bodies(self) -> tuple[IntArray, Array, Array]:
+        """Return the rows of nodes among rotations (B, 3, 3) and positions (B, 3), and these."""
+        book = self._poses.book
+        return self._nodes.book.places, book.rotations, book.positions
+
     def _ends(self, node: int) -> bool:
         """Whether a node is as deep as nodes may be: nothing leaves it."""
         depth = self._motion.steps.depth

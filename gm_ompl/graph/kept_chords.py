@@ -33,11 +33,11 @@ def chords(courses: Courses, parts: int, *, ends: bool) -> Array:
     return found
 
 
-def arms(courses: Courses, tips: Array) -> Array:
-    """Return how far fingertips (P, 3), object frame, are from the lines (m, P); 1: no line."""
-    points = tips @ courses.rotations.swapaxes(1, 2)
-    points += (courses.positions - courses.by)[:, None]
-    points -= (points @ courses.axes[:, :, None]) * courses.axes[:, None]
-    found: Array = np.sqrt(np.einsum("mpi,mpi->mp", points, points))
-    found[courses.angles == 0.0] = 1.0
-    return found
+def lines(courses: Courses) -> Array:
+    """Return a point and the unit direction of rotations' lines (m, 2, 3), as the object sees them.
+
+    Zeros for translations.
+    """
+    found = np.stack([courses.by - courses.positions, courses.axes], axis=1) @ courses.rotations
+    found[courses.angles == 0.0] = 0.0
+    return np.ascontiguousarray(found)

@@ -15,8 +15,7 @@ from gm_ompl.graph.arc_classes import ArcClasses
 from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
-from gm_ompl.graph.kept_chords import arms as arms_of
-from gm_ompl.graph.kept_chords import chords
+from gm_ompl.graph.kept_chords import chords, lines
 from gm_ompl.graph.kept_states import begin, learn, rehash
 from gm_ompl.graph.kept_tables import (
     ASKED,
@@ -26,6 +25,7 @@ from gm_ompl.graph.kept_tables import (
     STATES,
     UNKNOWN,
     WANTED,
+    Bodies,
     KeptArcs,
     KeptSets,
     KeptTables,
@@ -95,7 +95,7 @@ class KeptGraph:
         number = {shape: f for f, shape in enumerate(firsts)}
         axis = turning_axis(problem)
         self._planar = None if axis is None else PlanarBounds(judge, axis)
-        self._goals = [GoalDistance(motion.goal, judge.centres(i)) for i in self._fingers]
+        goals = [GoalDistance(motion.goal, judge.centres(i)) for i in self._fingers]
         P, parts, F = len(hand.placements), problem.cost.samples_per_arc, len(firsts)
         shapes = np.array([number[shape] for shape in hand.shapes], dtype=np.int64)
         rows = self._sets()
@@ -105,7 +105,8 @@ class KeptGraph:
         kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
-            Poses(np.zeros((0, 3)), np.zeros((0, F, P)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS),
+            Poses(np.zeros((0, 3)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS),
+            Bodies(*self._graph.bodies()), GoalDistance.together(goals),
             _no_arcs(F, P, parts),
             _new_book(max(1024, 2 * S), 1 << 16),
             Prices(problem.cost.stability, problem.z_floor),
@@ -201,8 +202,9 @@ class KeptGraph:
         stages[fresh] = np.where(rows.bare[firsts] & (not self._lifts), BLOCKED, UNKNOWN)
         states[fresh] = -1
         kinds = np.arange(count) if self._apart else rows.kinds
-        arcs = KeptArcs(rows.heads, rows.forms, kinds, arcs.arms, arcs.chords, stages, free, states)
-        self.tables = self.tables._replace(poses=poses, arcs=arcs)
+        alike = arcs.lines, arcs.chords, stages, free, states
+        arcs, bodies = KeptArcs(rows.heads, rows.forms, kinds, *alike), Bodies(*graph.bodies())
+        self.tables = self.tables._replace(poses=poses, arcs=arcs, bodies=bodies)
         self._taken_in = TakenIn(len(graph), count, known.forms)
 
     def _see(self, nodes: IntArray) -> None:
@@ -210,15 +212,13 @@ class KeptGraph:
         poses, graph = self.tables.poses, self._graph
         new = np.unique(nodes[np.isnan(poses.places[nodes, 0])])
         R, p = graph.poses(new)
-        for f, goal in enumerate(self._goals):
-            poses.onward[new, f] = goal.distances(R, p)
         poses.goal[new] = graph.arrived(new)
         poses.places[new] = 0.0 if self._planar is None else self._planar.places(R, p)
 
     def _form(self, leaving: IntArray) -> None:
         """Find how far fingertips go along arcs."""
         graph, arcs, forms = self._graph, self.tables.arcs, len(self._graph.arcs.form_arcs)
-        arms, chorded = _with_room((arcs.arms, arcs.chords), forms)
+        lined, chorded = _with_room((arcs.lines, arcs.chords), forms)
         if forms > self._taken_in.forms:
             chorded[self._taken_in.forms : forms, 0] = np.nan
             self._taken_in = self._taken_in._replace(forms=forms)
@@ -226,9 +226,8 @@ class KeptGraph:
         new = asked[np.isnan(chorded[asked, 0])]
         courses = graph.courses(np.array(graph.arcs.form_arcs, np.int64)[new])
         chorded[new] = chords(courses, chorded.shape[1], ends=self._ends)
-        for f, i in enumerate(self._fingers):
-            arms[new, f] = arms_of(courses, self._judge.centres(i))
-        self.tables = self.tables._replace(arcs=arcs._replace(arms=arms, chords=chorded))
+        lined[new] = lines(courses)
+        self.tables = self.tables._replace(arcs=arcs._replace(lines=lined, chords=chorded))
 
     def answer(self) -> None:
         """Find what was asked for."""
@@ -261,7 +260,7 @@ class KeptGraph:
 
 def _no_arcs(F: int, P: int, parts: int) -> KeptArcs:
     free, states = np.zeros((0, F, P), dtype=bool), np.zeros((0, parts), np.int64)
-    forms = np.zeros((0, F, P)), np.zeros((0, parts))
+    forms = np.zeros((0, 2, 3)), np.zeros((0, parts))
     return KeptArcs(NO_ROWS, NO_ROWS, NO_ROWS, *forms, NO_ROWS, free, states)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined, lean
+from gm_ompl.graph.goal_distance import way_left
 from gm_ompl.graph.kept_tables import (
     ARRIVED,
     ASKED,
@@ -25,7 +26,6 @@ from gm_ompl.graph.kept_tables import (
     KeptArcs,
     KeptSets,
     KeptTables,
-    Poses,
     StateBook,
 )
 from gm_ompl.graph.potentials import potential
@@ -79,13 +79,15 @@ def learn(book: StateBook, sets: int, zs: Array) -> None:
 
 
 @lean
-def ahead(hands: KeptSets, poses: Poses, pose: int, hand: int) -> float:
+def ahead(pose: int, hand: int, tables: KeptTables) -> float:
     """Return a lower bound on the cost from a state to the goal."""
-    most = 0.0
+    hands, places, bodies, most = tables.hands, tables.poses.places, tables.bodies, 0.0
+    number = bodies.numbers[pose]
+    R, p = bodies.rotations[number], bodies.positions[number]
     for i in range(hands.rows.shape[1]):
-        most = max(most, poses.onward[pose, hands.shapes[i], hands.rows[hand, i]])
+        most = max(most, way_left(tables.goal, hands.shapes[i], hands.rows[hand, i], R, p))
     if hands.known[hand]:
-        x, z, turn = poses.places[pose, 0], poses.places[pose, 1], poses.places[pose, 2]
+        x, z, turn = places[pose, 0], places[pose, 1], places[pose, 2]
         most = max(most, potential(hands.potentials[hand], x, z, turn, hands.target))
     return float(most)
 
@@ -100,7 +102,7 @@ def meet(pose: int, hand: int, tables: KeptTables) -> int:
         book.counts[STATES] += 1
         book.slots[slot], book.pose[number], book.hand[number] = number, pose, hand
         book.cost[number] = book.key[number] = np.inf
-        book.bound[number] = ahead(tables.hands, tables.poses, pose, hand)
+        book.bound[number] = ahead(pose, hand, tables)
     return int(book.slots[slot])
 
 
@@ -187,9 +189,21 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
         if np.isnan(z):
             known, z = False, np.inf
         travel += (1.0 + prices.X_stab / max(z, prices.z_floor)) * arcs.chords[form, j]
+    point, way = arcs.lines[form, 0], arcs.lines[form, 1]
+    if way[0] == 0.0 and way[1] == 0.0 and way[2] == 0.0:
+        return travel, known
     for i in range(hands.rows.shape[1]):
-        arm = max(arm, arcs.arms[form, hands.shapes[i], hands.rows[hand, i]])
+        arm = max(arm, _arm(tables.goal.tips[hands.shapes[i], hands.rows[hand, i]], point, way))
     return travel * arm, known
+
+
+@inlined
+def _arm(tip: Array, point: Array, way: Array) -> float:
+    """Return how far a fingertip (3,) is from a line."""
+    x, y, z = tip[0] - point[0], tip[1] - point[1], tip[2] - point[2]
+    along = x * way[0] + y * way[1] + z * way[2]
+    x, y, z = x - along * way[0], y - along * way[1], z - along * way[2]
+    return float(np.sqrt(x * x + y * y + z * z))
 
 
 @inlined

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.graph.goal_distance import GoalTips
 from gm_ompl.graph.potentials import PlaneGoal
 
 SAME: Final = 1e-12
@@ -48,17 +49,29 @@ class Poses(NamedTuple):
 
     Attributes:
         places: (V, 3), as ``potential`` has it.
-        onward: (V, F, P), how far fingertips are from the goal.
         goal: (V,), whether the object has arrived.
         first: (V,), the first arc that leaves it; -1 where its arcs are not known.
         past: (V,), the arc past its last.
     """
 
     places: Array
-    onward: Array
     goal: BoolArray
     first: IntArray
     past: IntArray
+
+
+class Bodies(NamedTuple):
+    """Where the object is at poses.
+
+    Attributes:
+        numbers: (V,), rows of what follows.
+        rotations: (B, 3, 3).
+        positions: (B, 3).
+    """
+
+    numbers: IntArray
+    rotations: Array
+    positions: Array
 
 
 class KeptArcs(NamedTuple):
@@ -68,8 +81,10 @@ class KeptArcs(NamedTuple):
         heads: (A,), the poses they lead to.
         forms: (A,), their row in what follows.
         kinds: (A,), their row in what follows that.
-        arms: (R, F, P), and
-        chords: (R, parts): their products are |dq_finger i,j| of Eq. (9).
+        lines: (R, 2, 3), a point and the unit direction of a rotation's line, object frame; zeros
+            of a translation.
+        chords: (R, parts): times the distance from the line, |dq_finger i,j| of Eq. (9); of a
+            translation as they are.
         stages: (K,), UNKNOWN to BLOCKED.
         free: (K, F, P), whether a fingertip is free all along.
         states: (K, parts), contact states; -1 behind the last.
@@ -78,7 +93,7 @@ class KeptArcs(NamedTuple):
     heads: IntArray
     forms: IntArray
     kinds: IntArray
-    arms: Array
+    lines: Array
     chords: Array
     stages: IntArray
     free: BoolArray
@@ -129,6 +144,8 @@ class KeptTables(NamedTuple):
 
     hands: KeptSets
     poses: Poses
+    bodies: Bodies
+    goal: GoalTips
     arcs: KeptArcs
     book: StateBook
     prices: Prices

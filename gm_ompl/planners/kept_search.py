@@ -15,10 +15,12 @@ from gm_ompl import limits
 from gm_ompl.arrays import IntArray
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_graph import START, KeptGraph
 from gm_ompl.graph.kept_states import expand
 from gm_ompl.graph.kept_tables import ARRIVED, STATES
 from gm_ompl.holds.extraction import moves_of
+from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.outcome import Log
 from gm_ompl.problem import Move
 
@@ -56,10 +58,13 @@ class KeptSearch:
     def _with_regrasps(self) -> float:
         """Return a lower bound on plans that regrasp."""
         hand, price = self._judge.problem.fingers, float(self._judge.problem.cost.regrasp)
-        n, tables = hand.count, self.graph.tables
-        free = self._judge.node(self._judge.problem.object_graph.pose(START)).free
+        n, start = hand.count, self._judge.problem.object_graph.pose(START)
+        free, motion = self._judge.node(start).free, self._judge.problem.motion
+        assert isinstance(motion, FreeMotion)
         ways = [
-            tables.poses.onward[0, tables.hands.shapes[i]][free[i]].min(initial=math.inf)
+            GoalDistance(motion.goal, self._judge.centres(i)[free[i]])
+            .distances(start.rotation, start.position)
+            .min(initial=math.inf)
             for i in range(n)
         ]
         one = price + min(ways) if n > 1 else math.inf
@@ -119,7 +124,7 @@ class KeptSearch:
 
     def _arrive(self) -> None:
         """Look for the best way that leads to the goal."""
-        _, poses, _, book, _ = self.graph.tables
+        poses, book = self.graph.tables.poses, self.graph.tables.book
         states = slice(0, int(book.counts[STATES]))
         there = np.flatnonzero(poses.goal[book.pose[states]] & (book.cost[states] < self.cost))
         for number in there[np.argsort(book.cost[there], kind="stable")].tolist():
@@ -132,7 +137,7 @@ class KeptSearch:
 
         The grids that say so are no mirror images: where they refuse a set, its images are asked.
         """
-        hands, _, _, book, _ = self.graph.tables
+        hands, book = self.graph.tables.hands, self.graph.tables.book
         hand, problem = int(book.hand[number]), self._judge.problem
         if not hands.alive[hand]:
             return False
