@@ -11,19 +11,18 @@ from __future__ import annotations
 import multiprocessing
 import resource
 import time
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from docs.tables.pages import growing, write_page
 from gm_ompl import api, limits
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.backends import make_backend
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.motion.object_graph import GraphArc, ObjectGraph
 from gm_ompl.planners.planner import Budget, SearchResult
 from gm_ompl.planners.registry import make_planner
 from gm_ompl.scenario.load import shipped
@@ -76,32 +75,6 @@ HEAD = (
 )  # fmt: skip
 
 
-@dataclass(eq=False)
-class Counted:
-    """An object graph that notes what it was asked for.
-
-    Attributes:
-        graph: the graph itself.
-        asked: the poses whose arcs were asked for.
-        kinds: of those arcs; one that is like no other has a kind of its own.
-    """
-
-    graph: ObjectGraph
-    asked: set[int] = field(default_factory=set)
-    kinds: set[Hashable] = field(default_factory=set)
-
-    def arcs_from(self, node: int) -> Sequence[GraphArc]:
-        """Return the arcs that leave a node."""
-        arcs = self.graph.arcs_from(node)
-        if node not in self.asked:
-            self.asked.add(node)
-            self.kinds |= {(node, k) if a.kind is None else a.kind for k, a in enumerate(arcs)}
-        return arcs
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.graph, name)
-
-
 @dataclass(frozen=True)
 class Cost:
     """What a search cost.
@@ -149,15 +122,14 @@ def measured(name: str, changes: Sequence[str], limit: float) -> Cost:
 
 def _solved(scenario: Scenario, limit: float) -> Cost:
     problem = scenario.problem
-    counted = Counted(problem.object_graph)
-    vars(problem)["object_graph"] = counted
-    started = time.perf_counter()
+    started, graph = time.perf_counter(), problem.object_graph
+    assert isinstance(graph, ContactLattice)
     with limits.holding(limit):
         judge = Judge(problem, make_backend(problem))
         found = make_planner("astar").solve(problem, judge, Budget(limit), np.random.default_rng(0))
     seconds = time.perf_counter() - started
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return Cost(found, len(counted.asked), len(counted.kinds), seconds, megabytes)
+    return Cost(found, graph.left, len(graph.arcs.kind_arcs), seconds, megabytes)
 
 
 def of_shipped() -> Iterator[list[str]]:

@@ -132,6 +132,11 @@ class ContactLattice:
         """How many nodes there are: 0 to that, the start 0."""
         return len(self._nodes)
 
+    @property
+    def left(self) -> int:
+        """How many nodes have their arcs."""
+        return int((self._nodes.book.first[: len(self)] != NONE).sum())
+
     def poses(self, nodes: IntArray) -> tuple[Array, Array]:
         """Return the rotations (N, 3, 3) and positions (N, 3) at nodes (N,)."""
         places, book = self._nodes.book.places[nodes], self._poses.book
