@@ -132,6 +132,10 @@ class ContactLattice:
         """How many nodes there are: 0 to that, the start 0."""
         return len(self._nodes)
 
+    def has_left(self, node: int) -> bool:
+        """Whether the arcs that leave a node were made."""
+        return bool(self._nodes.book.first[node] != NONE)
+
     @property
     def left(self) -> int:
         """How many nodes have their arcs."""
@@ -253,17 +257,15 @@ class ContactLattice:
     def _settle(self, found: Departures, heads: IntArray) -> None:
         """Find whether rotations may begin where rotations lead."""
         book, nodes, contacts = self._poses.book, self._nodes.book, CONTACTS
-        while True:
+        while (nodes.begins[heads[found.turns[: len(heads)]]] == NONE).any():
             asked = found.turns, heads, nodes, book, self._terrain, sheet(contacts)
             place = settle_beginnings(*asked)
-            if place == book.counts[0]:
-                return
             if place == NO_ROOM:
                 contacts *= 2
-                continue
-            p = book.positions[place]
-            at = stand(p, *self._corners(place), self._terrain.rules)
-            nodes.begins[place] = int(begins(at.exempt, p, self._terrain.rules))
+            elif place < book.counts[0]:
+                p = book.positions[place]
+                at = stand(p, *self._corners(place), self._terrain.rules)
+                nodes.begins[place] = int(begins(at.exempt, p, self._terrain.rules))
 
     def arrived(self, nodes: IntArray) -> BoolArray:
         """Return at which of nodes (N,) the object has arrived."""

@@ -6,12 +6,13 @@ import heapq
 import math
 from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
-from typing import final
+from typing import Final, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array
+from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goal_distance import GoalDistance
@@ -19,6 +20,9 @@ from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Problem
+
+AHEAD: Final = 32
+"""Nodes whose arcs are made at once."""
 
 
 @final
@@ -41,6 +45,7 @@ class Closure:
 
     def __init__(self, judge: Judge, stop: Stop = never) -> None:
         problem, hand = judge.problem, judge.problem.fingers
+        assert isinstance(problem.object_graph, ContactLattice), "other graphs are searched whole"
         self._graph, self._stop = problem.object_graph, stop
         self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
         firsts = firsts_of(hand.shapes)
@@ -56,7 +61,7 @@ class Closure:
         self._best = {start: 0.0}
         self._onward: dict[int, Array] = {}
         self._seen: tuple[int, dict[int, tuple[Array, float]]] = (0, {})
-        assert isinstance(problem.motion, FreeMotion), "other graphs are searched whole"
+        assert isinstance(problem.motion, FreeMotion)
         self._goal = GoalDistance(problem.motion.goal, self._tips)
         self._keys = {start: self._key(start)}
         self._open = [(self._keys[start], start)]
@@ -165,6 +170,8 @@ class Closure:
         if len(self._leaving) % 32 == 0 and self._stop():
             raise LimitError
         first = self._open[0][1]  # ``next`` was asked, and takes it from there once it is in
+        if not self._graph.has_left(first):  # with those that come next, on all cores
+            self._graph.leave([node for _, node in heapq.nsmallest(AHEAD, self._open)])
         arcs = self._graph.arcs_from(first)
         self._leaving[first] = [arc for arc in arcs if self._lifts or not arc.bare]
         try:
