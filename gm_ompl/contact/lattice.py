@@ -247,12 +247,14 @@ class ContactLattice:
         arrive(found, poses, self._D, heads)
         book = self._nodes.reserve(motions, len(poses.positions))
         self._settle(found, heads)
-        count = join(nodes, found, heads, kept, book, self._terrain.rules.near, len(self.arcs))
-        heads, kept, places = heads[:count], kept[:count], book.places[nodes]
-        tails = np.repeat(nodes, book.past[nodes] - book.first[nodes])
+        past = np.empty(len(nodes), np.int64)
+        count = join(nodes, found, heads, kept, past, book, self._terrain.rules.near)
+        of = np.repeat(np.arange(len(nodes)), np.diff(past, prepend=0))
+        places, first = book.places[nodes[of]], len(self.arcs)
         stands = np.column_stack([poses.attitudes[places], poses.heights[places]])
-        of = np.repeat(np.arange(len(nodes)), book.past[nodes] - book.first[nodes])
-        self.arcs.add(tails, heads, kept, found, found.near[of], stands[of])
+        self.arcs.add(nodes[of], heads[:count], kept[:count], found, found.near[of], stands)
+        book.past[nodes] = first + past
+        book.first[nodes] = first + past - np.diff(past, prepend=0)  # last: Ctrl-C may come before
 
     def _settle(self, found: Departures, heads: IntArray) -> None:
         """Find whether rotations may begin where rotations lead."""

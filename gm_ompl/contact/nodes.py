@@ -154,8 +154,8 @@ def settle_beginnings(
 
 @compiled
 def join(
-    tails: IntArray, found: Departures, heads: IntArray, kept: IntArray, nodes: NodeBook,
-    near: float, arcs: int,
+    tails: IntArray, found: Departures, heads: IntArray, kept: IntArray, past: IntArray,
+    nodes: NodeBook, near: float,
 ) -> int:  # fmt: skip
     """Number the nodes to which motions lead; none leads where an earlier one leads, or back.
 
@@ -164,16 +164,15 @@ def join(
         found: they, row by row.
         heads: (M,), the numbers of the poses to which they lead; the nodes' are written.
         kept: (M,), written: the rows of the motions that are arcs.
-        nodes: written.
+        past: (N,), written: the arc behind each node's last.
+        nodes: written, but for what leaves them.
         near: lines so near to each other are one.
-        arcs: the number of the first arc.
 
     Returns:
         How many arcs there are.
     """
     count = begin = 0
     for n in range(len(tails)):
-        nodes.first[tails[n]] = arcs + count
         first = count
         for i in range(begin, found.past[n]):
             place = heads[i]
@@ -187,6 +186,5 @@ def join(
             if not known:
                 heads[count], kept[count] = head, i
                 count += 1
-        begin = found.past[n]
-        nodes.past[tails[n]] = arcs + count
+        begin, past[n] = found.past[n], count
     return count

@@ -87,6 +87,17 @@ class NumberedArcs:
             alone: (A,), whether an obstacle may be in reach where they begin.
             stands: (A, 2), equal where the object stands alike on the floor where they begin.
         """
+        before = len(self.form_arcs), len(self.kind_arcs)
+        try:
+            self._append(self._rows(tails, heads, rows, found, alone, stands))
+        except BaseException:  # Ctrl-C: no form and no kind may be that of an arc to come
+            self._forget(*before)
+            raise
+
+    def _rows(
+        self, tails: IntArray, heads: IntArray, rows: IntArray, found: Departures,
+        alone: BoolArray, stands: IntArray,
+    ) -> ArcRows:  # fmt: skip
         forms = self._formed(found.forms[rows])
         kinds = self._kinded(np.column_stack([stands, forms, found.ahead[rows]]), alone)
         steps, bare = found.steps[rows], found.bare[rows] & self._inside
@@ -95,12 +106,16 @@ class NumberedArcs:
         parts = np.where(short, np.maximum(self._fewest, parts), self._parts)
         pitches = np.where(short, 1.0 / (self._parts * steps), 1.0 / self._parts)
         turns, angles = found.turns[rows], np.where(found.turns[rows], found.angles[rows], 0.0)
-        self._append(
-            ArcRows(
-                tails, heads, forms, kinds, alone, bare, turns, short, found.by[rows],
-                found.axes[rows], angles, parts, pitches,
-            )
+        return ArcRows(
+            tails, heads, forms, kinds, alone, bare, turns, short, found.by[rows],
+            found.axes[rows], angles, parts, pitches,
         )  # fmt: skip
+
+    def _forget(self, forms: int, kinds: int) -> None:
+        """Forget all forms and kinds but the first."""
+        del self.form_arcs[forms:], self.kind_arcs[kinds:]
+        self._forms = {key: form for key, form in self._forms.items() if form < forms}
+        self._kinds = {key: kind for key, kind in self._kinds.items() if kind < kinds}
 
     def _append(self, new: ArcRows) -> None:
         count, grown = self._count + len(new.heads), list[Any]()

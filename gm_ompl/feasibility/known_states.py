@@ -72,10 +72,11 @@ class KnownStates:
         return numbers
 
     def _register(self, key: bytes, contacts: ContactState, told: Told) -> int:
-        number = self._numbers[key] = len(self.store)
+        number = len(self.store)
         self.store.add(contacts)
         if told is not None:
             told(contacts)
+        self._numbers[key] = number  # last: Ctrl-C may come before
         return number
 
     def along_courses(self, courses: Courses, told: Told) -> IntArray:
@@ -102,8 +103,10 @@ class KnownStates:
     def _enter(self, found: StatesFound, told: Told) -> list[int]:
         """Return the numbers of states; new ones are registered."""
         before, numbers, new = len(self.store), list[int](), list[int]()
+        fresh = dict[bytes, int]()
         for k, key in enumerate(found.keys()):
-            number = self._numbers.setdefault(key, before + len(new))
+            known = self._numbers.get(key)
+            number = fresh.setdefault(key, before + len(new)) if known is None else known
             if number == before + len(new):
                 new.append(k)
             numbers.append(number)
@@ -112,4 +115,5 @@ class KnownStates:
         if told is not None:
             for number in range(before, len(self.store)):
                 told(self.store.contacts(number))
+        self._numbers.update(fresh)  # last: Ctrl-C may come before
         return numbers

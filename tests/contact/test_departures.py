@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from gm_ompl import cores
 from gm_ompl.arrays import Array
 from gm_ompl.contact import lattice
 from gm_ompl.contact.lattice import ContactLattice
+from gm_ompl.contact.numbered_arcs import NumberedArcs
 from gm_ompl.graph.kept_chords import chords, lines
 from gm_ompl.problem import Problem
 from gm_ompl.scenario.load import load
@@ -111,3 +113,35 @@ def test_depth_ends_all() -> None:
     assert deep
     assert (first[deep] == past[deep]).all()
     assert len(graph) == len(everyone)
+
+
+@pytest.mark.parametrize("where", ["_formed", "_kinded", "_append", "_rows"])
+def test_what_ctrl_c_breaks_off_is_made_anew(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever it comes, the arcs that are made later are those that would have been made."""
+    name, changes = "tasks/ledge", ("lattice.depth=4",)
+    whole, (_, graph) = _grown(_lattice(name, changes)[1], 8), _lattice(name, changes)
+    kept, calls = getattr(NumberedArcs, where), iter(range(10_000))
+
+    def broken(*given: Any) -> Any:
+        done = kept(*given)
+        if next(calls) % 3 == 1:
+            raise KeyboardInterrupt
+        return done
+
+    monkeypatch.setattr(NumberedArcs, where, broken)
+    left, breaks = 0, 0
+    while left < min(NODES, len(graph)):
+        nodes = list(range(left, min(left + 8, len(graph), NODES)))
+        try:
+            graph.leave(nodes)
+            left = nodes[-1] + 1
+        except KeyboardInterrupt:
+            breaks += 1
+    monkeypatch.undo()
+    after = _grown(graph, 8)
+    assert breaks > 3
+    assert len(graph.arcs) >= len(after) == len(whole)
+    for k in range(len(graph.arcs.form_arcs)):
+        assert graph.arcs.rows.forms[graph.arcs.form_arcs[k]] == k
+    for one, other in zip(after, whole, strict=True):
+        assert all((a == b).all() for a, b in zip(one, other, strict=True))
