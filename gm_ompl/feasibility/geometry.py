@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.cores import share_out
-from gm_ompl.feasibility.course_passages import Crossing, pass_along
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.swept import SweptScene
-from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Placements, Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.feasibility.course_passages import Crossing
+    from gm_ompl.motion.courses import Courses
 
 AT_ONCE: Final = 1000
 """Screws between two looks at the limits in force."""
@@ -74,6 +76,8 @@ class Passages:
     @cached_property
     def _crossing(self) -> Crossing:
         """What compiled code goes by: fingertips by their radius."""
+        from gm_ompl.feasibility.course_passages import Crossing  # free motion alone asks
+
         swept, centres = self._swept, self._centres
         return Crossing(
             swept.body, swept.obstacles, swept.floor, swept.depth,
@@ -89,6 +93,8 @@ class Passages:
         Raises:
             LimitError: a limit in force is reached.
         """
+        from gm_ompl.feasibility.course_passages import pass_along
+
         crossing, count = self._crossing, len(courses.parts)
         object_free = np.empty(count, dtype=np.bool_)
         free = np.empty((count, *crossing.apart.shape), dtype=np.bool_)

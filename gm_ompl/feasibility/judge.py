@@ -31,12 +31,12 @@ from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.swept import SweptScene
 from gm_ompl.hand.spec import HandSpec
 from gm_ompl.motion.arc import Arc, Moment
-from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Placements, Problem
 
 if TYPE_CHECKING:
     from gm_ompl.hand.reach import HandReach
+    from gm_ompl.motion.courses import Courses
 
 LOOKS = (0.25, 0.5, 0.75)
 """Where along an arc, beside its ends, a hand's fingers are asked for; joint paths look closer."""

@@ -23,12 +23,12 @@ from gm_ompl.mechanics.cuts import CutPool
 from gm_ompl.mechanics.instant import DIRECTIONS, as_decision
 from gm_ompl.mechanics.program import Program, Touch
 from gm_ompl.motion.arc import Arc
-from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.problem import Placements, Problem
 
 if TYPE_CHECKING:
     from gm_ompl.mechanics.case_alternatives import Choices
+    from gm_ompl.motion.courses import Courses
 
 Key: TypeAlias = tuple[int, Placements, Placements]
 """Contact state, kinds of fingers, placements."""

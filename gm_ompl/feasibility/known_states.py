@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final, TypeAlias, final
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, TypeAlias, final
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.arc_states import ArcStates
-from gm_ompl.feasibility.course_states import CourseStates, StatesFound
 from gm_ompl.feasibility.keys import contact_key
 from gm_ompl.feasibility.state_store import StateStore
 from gm_ompl.motion.arc import Arc
-from gm_ompl.motion.courses import Courses
 from gm_ompl.problem import Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.feasibility.course_states import CourseStates, StatesFound
+    from gm_ompl.motion.courses import Courses
 
 Told: TypeAlias = Callable[[ContactState], object] | None
 """Who is told of a new contact state."""
@@ -46,9 +49,15 @@ class KnownStates:
 
     def __init__(self, problem: Problem, U: Array, weight: float) -> None:
         self._problem = problem
-        self._arc, self._courses = ArcStates(problem), CourseStates(problem)
+        self._arc = ArcStates(problem)
         self._numbers: dict[bytes, int] = {}
         self.store = StateStore(problem, U, weight)
+
+    @cached_property
+    def _courses(self) -> CourseStates:
+        from gm_ompl.feasibility.course_states import CourseStates  # free motion alone asks
+
+        return CourseStates(self._problem)
 
     def number(self, contacts: ContactState, told: Told) -> int:
         """Return a contact state's number."""
@@ -89,10 +98,11 @@ class KnownStates:
             LimitError: a limit in force is reached.
         """
         numbers = np.full((len(courses.parts), courses.parts.max(initial=0)), NONE)
-        found = dict[int, StatesFound]()
+        found: dict[int, StatesFound] = {}
+        finder = self._courses
 
         def work(part: slice) -> None:
-            found[part.start] = self._courses.along(courses.some(part))
+            found[part.start] = finder.along(courses.some(part))
 
         share_out(work, len(numbers), A_THREAD, AT_ONCE)
         for first, states in sorted(found.items()):

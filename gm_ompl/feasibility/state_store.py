@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TypeVar, final
+from typing import TYPE_CHECKING, TypeVar, final
 
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.state import ContactState
-from gm_ompl.feasibility.course_states import StatesFound
 from gm_ompl.mechanics import columns
 from gm_ompl.mechanics.state_columns import (
     Columns,
@@ -18,6 +17,9 @@ from gm_ompl.mechanics.state_columns import (
     write_columns,
 )
 from gm_ompl.problem import Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.feasibility.course_states import StatesFound
 
 FIRST = 256
 """Rows there is room for at first."""

@@ -6,13 +6,12 @@ import heapq
 import math
 from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
-from typing import Final, final
+from typing import TYPE_CHECKING, Final, cast, final
 
 import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import Array
-from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goal_distance import GoalDistance
@@ -20,6 +19,9 @@ from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.motion.object_graph import GraphArc
 from gm_ompl.problem import Problem
+
+if TYPE_CHECKING:
+    from gm_ompl.contact.lattice import ContactLattice  # paths do without
 
 AHEAD: Final = 32
 """Nodes whose arcs are made at once."""
@@ -45,8 +47,8 @@ class Closure:
 
     def __init__(self, judge: Judge, stop: Stop = never) -> None:
         problem, hand = judge.problem, judge.problem.fingers
-        assert isinstance(problem.object_graph, ContactLattice), "other graphs are searched whole"
-        self._graph, self._stop = problem.object_graph, stop
+        assert isinstance(problem.motion, FreeMotion), "other graphs are searched whole"
+        self._graph, self._stop = cast("ContactLattice", problem.object_graph), stop
         self._fingers, self._X_regr = hand.count, float(problem.cost.regrasp)
         firsts = firsts_of(hand.shapes)
         self._centres = [judge.centres(i) for i in firsts.values()]
@@ -61,7 +63,6 @@ class Closure:
         self._best = {start: 0.0}
         self._onward: dict[int, Array] = {}
         self._seen: tuple[int, dict[int, tuple[Array, float]]] = (0, {})
-        assert isinstance(problem.motion, FreeMotion)
         self._goal = GoalDistance(problem.motion.goal, self._tips)
         self._keys = {start: self._key(start)}
         self._open = [(self._keys[start], start)]
