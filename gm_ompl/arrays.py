@@ -1,10 +1,10 @@
-"""Array aliases and the one helper that makes arrays read-only."""
+"""Array aliases, arrays made read-only, and arrays that grow."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias, TypeGuard
+from typing import Any, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,27 @@ from gm_ompl.errors import ShapeError
 Array: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
+
+Rows = TypeVar("Rows", bound=NDArray[Any])
+
+
+def with_room(rows: Rows, count: int, wanted: int, fill: int | None = None) -> Rows:
+    """Return rows with room for as many as wanted: themselves, or the first of them in new ones.
+
+    Args:
+        rows: (room, ...).
+        count: how many of them are in use.
+        wanted: how many will be.
+        fill: what new rows are filled with; None leaves them as they come.
+    """
+    if wanted <= len(rows):
+        return rows
+    grown: Any = np.empty((max(2 * len(rows), wanted), *rows.shape[1:]), rows.dtype)
+    grown[:count] = rows[:count]
+    if fill is not None:
+        grown[count:] = fill
+    found: Rows = grown
+    return found
 
 
 def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Array:

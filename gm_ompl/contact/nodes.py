@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray, with_room
 from gm_ompl.compilation import compiled
 from gm_ompl.contact.departures import Departures, Tails, Terrain, in_reach
 from gm_ompl.contact.offers import begins, find, may_begin, stand
@@ -72,12 +72,7 @@ class NumberedNodes:
         columns, of_nodes = list[Any](self.book[:-1]), len(self) + nodes
         for k, column in enumerate(columns):
             wanted = of_nodes if k < 6 else poses
-            if wanted > len(column):
-                grown = np.full(
-                    (max(2 * len(column), wanted), *column.shape[1:]), NONE, column.dtype
-                )
-                grown[: len(column)] = column
-                columns[k] = grown
+            columns[k] = with_room(column, len(column), wanted, NONE)
         self.book = NodeBook._make([*columns, self.book.counts])
         return self.book
 

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray, with_room
 from gm_ompl.contact.departures import Departures
 
 COUNTED: Final = 1e-9
@@ -120,10 +120,7 @@ class NumberedArcs:
     def _append(self, new: ArcRows) -> None:
         count, grown = self._count + len(new.heads), list[Any]()
         for old, more in zip(self.rows, new, strict=True):
-            column = old
-            if count > len(old):
-                column = np.empty((max(2 * len(old), count), *old.shape[1:]), old.dtype)
-                column[: self._count] = old[: self._count]
+            column = with_room(old, self._count, count)
             column[self._count : count] = more
             grown.append(column)
         self.rows, self._count = ArcRows._make(grown), count

@@ -44,13 +44,14 @@ class CaseDecider:
             problem.uncertainty, f_max=hand.max_normal_force / problem.force_scale,
         )  # fmt: skip
         self._problem, self._U, self._scale = problem, U, problem.force_scale
-        self._around: list[Surroundings] = []
+        self._around: dict[int, Surroundings] = {}
         self._loads: dict[bytes, Array] = {}
 
-    def register(self, contacts: ContactState) -> None:
-        """Keep the columns of the next contact state."""
+    def register(self, number: int, contacts: ContactState) -> None:
+        """Keep the columns of a contact state."""
         instant = self._problem.instant(contacts, (), ())
-        self._around.append(surroundings(instant, self._problem.uncertainty, self._U, self._loads))
+        found = surroundings(instant, self._problem.uncertainty, self._U, self._loads)
+        self._around[number] = found
 
     def load(self, environment: int, number: int) -> Array:
         """Return a load (6,) of a contact state."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gm_ompl.feasibility.course_states import CourseStates, StatesFound
     from gm_ompl.motion.courses import Courses
 
-Told: TypeAlias = Callable[[ContactState], object] | None
+Told: TypeAlias = Callable[[int, ContactState], object] | None
 """Who is told of a new contact state."""
 
 AT_ONCE: Final = 1000
@@ -84,7 +84,7 @@ class KnownStates:
         number = len(self.store)
         self.store.add(contacts)
         if told is not None:
-            told(contacts)
+            told(number, contacts)
         self._numbers[key] = number  # last: Ctrl-C may come before
         return number
 
@@ -124,6 +124,6 @@ class KnownStates:
             self.store.add_some(found, np.array(new))
         if told is not None:
             for number in range(before, len(self.store)):
-                told(self.store.contacts(number))
+                told(number, self.store.contacts(number))
         self._numbers.update(fresh)  # last: Ctrl-C may come before
         return numbers

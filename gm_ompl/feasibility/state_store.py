@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array, IntArray, with_room
 from gm_ompl.contact.state import ContactState
 from gm_ompl.mechanics import columns
 from gm_ompl.mechanics.state_columns import (
@@ -54,10 +54,11 @@ class StateStore:
         k, cones = self._count, self._cones
         own = columns.environment_columns(contacts, cones.friction, len(cones.edges), cones.U)
         self._make_room(1, 0)
-        self._told[k], self._rows.first[k + 1] = contacts, self._rows.first[k]
+        self._rows.first[k + 1] = self._rows.first[k]
         self._columns.first[k + 1] = self._columns.first[k] + len(own)
         self._columns.loads[k] = columns.load(contacts.rotation, cones.weight, cones.U)
         self._new_columns(1)[:] = own
+        self._told[k] = contacts  # last: Ctrl-C may come before, and the number be another state's
 
     def add_some(self, found: StatesFound, which: IntArray) -> None:
         """Keep some of the states found as the next ones, by compiled code."""
@@ -117,15 +118,3 @@ class StateStore:
         """Return what acts at a state: the environment's columns (e, 6) and the load (6,)."""
         found = self._columns
         return found.env[found.first[number] : found.first[number + 1]], found.loads[number]
-
-
-Rows = TypeVar("Rows", Array, IntArray)
-
-
-def with_room(rows: Rows, count: int, wanted: int) -> Rows:
-    """Return rows with room for as many as wanted: themselves, or the first of them in new ones."""
-    if wanted <= len(rows):
-        return rows
-    grown = np.empty((max(2 * len(rows), wanted), *rows.shape[1:]), rows.dtype)
-    grown[:count] = rows[:count]
-    return grown

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple, TypeVar, cast, final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import IntArray
+from gm_ompl.arrays import IntArray, with_room
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -276,12 +276,7 @@ def _new_book(room: int, slots: int) -> StateBook:
 
 def _with_room(columns: Columns, count: int) -> Columns:
     """Return arrays with room for so many rows: themselves where there is."""
-    room = len(columns[0])
-    if count <= room:
+    if count <= len(columns[0]):
         return columns
-    grown = []
-    for column in columns:
-        larger = np.empty((max(2 * room, count), *column.shape[1:]), column.dtype)
-        larger[:room] = column
-        grown.append(larger)
+    grown: list[Any] = [with_room(column, len(column), count) for column in columns]
     return cast(Columns, Poses._make(grown) if isinstance(columns, Poses) else tuple(grown))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +14,11 @@ from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility import course_states
 from gm_ompl.feasibility.arc_states import ArcStates
+from gm_ompl.feasibility.case_decider import CaseDecider
 from gm_ompl.feasibility.course_states import CourseStates
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.feasibility.state_store import StateStore
 from gm_ompl.mechanics import columns
 from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.object_graph import GraphArc
@@ -122,3 +126,49 @@ def test_limits_are_heeded() -> None:
             judge.passing_along(screws)
         with pytest.raises(LimitError):
             backend.along(screws)
+
+
+BREAKS = [
+    *[(StateStore, name) for name in ("add", "add_some", "_new_columns", "_make_room")],
+    (CaseDecider, "register"),
+]
+"""Where Ctrl-C comes."""
+
+
+@pytest.mark.parametrize(("owner", "name"), BREAKS, ids=lambda each: str(each))
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize("at_once", [True, False])
+def test_ctrl_c_mixes_up_no_states(
+    owner: type, name: str, before: bool, at_once: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever it comes while states are kept, those asked for later are their own."""
+    problem = load("tasks/ledge", ("uncertainty.finger_friction=10%",)).problem
+    whole, broken, (steps, screws) = KernelBackend(problem), KernelBackend(problem), arcs(problem)
+    kept, breaks = getattr(owner, name), iter([False, True])
+
+    def breaking(*given: Any) -> Any:
+        stop = next(breaks, False)
+        if stop and before:
+            raise KeyboardInterrupt
+        done = kept(*given)
+        if stop:
+            raise KeyboardInterrupt
+        return done
+
+    monkeypatch.setattr(owner, name, breaking)
+    halves = [screws.some(slice(0, 5)), screws.some(slice(5, None))]
+    with contextlib.suppress(KeyboardInterrupt):
+        for part in halves if at_once else ():
+            broken.along(part)
+        for step in () if at_once else steps:
+            broken.environments(step.arc, step.parts)
+    monkeypatch.undo()
+    fingers, placements = (0, 1), (0, 30)
+    pairs = zip(whole.along(screws).ravel(), broken.along(screws).ravel(), strict=True)
+    for one, other in [pair for pair in pairs if pair[0] >= 0][::5]:
+        plain, state = whole.contacts(int(one)), broken.contacts(int(other))
+        assert np.array_equal(state.points, plain.points)
+        assert np.array_equal(state.slip, plain.slip)
+        assert np.array_equal(broken.columns(int(other))[0], whole.columns(int(one))[0])
+        z = [b.decide(int(k), fingers, placements).z for b, k in ((whole, one), (broken, other))]
+        assert z[0] == z[1]
