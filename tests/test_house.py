@@ -20,6 +20,11 @@ def test_no_circles_and_few_floors(found: dict[str, list[str]]) -> None:
     assert len(found["floors of imports"]) <= 12
 
 
+def test_no_two_classes_share_a_name(found: dict[str, list[str]]) -> None:
+    """One name means one thing, wherever it stands."""
+    assert found["class names used twice"] == []
+
+
 def test_files_and_functions_are_short(found: dict[str, list[str]]) -> None:
     """Files have at most 300 lines, functions 40."""
     assert found["files of more than 300 lines"] == []

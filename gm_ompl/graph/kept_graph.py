@@ -25,7 +25,7 @@ from gm_ompl.graph.kept_tables import (
     STATES,
     UNKNOWN,
     WANTED,
-    Bodies,
+    BodyPoses,
     KeptArcs,
     KeptSets,
     KeptTables,
@@ -106,7 +106,7 @@ class KeptGraph:
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
             Poses(np.zeros((0, 3)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS),
-            Bodies(*self._graph.bodies()), GoalDistance.together(goals),
+            BodyPoses(*self._graph.bodies()), GoalDistance.together(goals),
             _no_arcs(F, P, parts),
             _new_book(max(1024, 2 * S), 1 << 16),
             Prices(problem.cost.stability, problem.z_floor),
@@ -203,7 +203,7 @@ class KeptGraph:
         states[fresh] = -1
         kinds = np.arange(count) if self._apart else rows.kinds
         alike = arcs.lines, arcs.chords, stages, free, states
-        arcs, bodies = KeptArcs(rows.heads, rows.forms, kinds, *alike), Bodies(*graph.bodies())
+        arcs, bodies = KeptArcs(rows.heads, rows.forms, kinds, *alike), BodyPoses(*graph.bodies())
         self.tables = self.tables._replace(poses=poses, arcs=arcs, bodies=bodies)
         self._taken_in = TakenIn(len(graph), count, known.forms)
 

@@ -60,7 +60,7 @@ class Poses(NamedTuple):
     past: IntArray
 
 
-class Bodies(NamedTuple):
+class BodyPoses(NamedTuple):
     """Where the object is at poses.
 
     Attributes:
@@ -144,7 +144,7 @@ class KeptTables(NamedTuple):
 
     hands: KeptSets
     poses: Poses
-    bodies: Bodies
+    bodies: BodyPoses
     goal: GoalTips
     arcs: KeptArcs
     book: StateBook
