@@ -63,6 +63,7 @@ class Judge:
 
     Attributes:
         problem: what is judged.
+        scene: its object and what is fixed.
         backend: decides Sec. 3.4.
         clear: clear[i][j], (P, P) or None for i = j: whether fingertip i at a row and fingertip
             j at a column do not penetrate each other. Constant in the object frame.
@@ -77,12 +78,12 @@ class Judge:
         environment = problem.environment
         obstacles = [o.body for o in environment.obstacles]
         touching = environment.contact_tolerance
-        self._scene = Scene(problem.body, obstacles, environment.floor, touching)
-        self._swept = SweptScene(self._scene)
+        self.scene = Scene(problem.body, obstacles, environment.floor, touching)
+        self._swept = SweptScene(self.scene)
         hand = problem.fingers
         self._radii: list[float] = hand.radius.tolist()
         self._centres = {r: hand.placements.centres(r) for r in set(self._radii)}
-        self._passages = Passages(problem, self._scene, self._swept, self._centres)
+        self._passages = Passages(problem, self.scene, self._swept, self._centres)
         self.reach = Reach(problem, self._centres)
         self.hand = None if problem.hand is None else hand_reach(problem, problem.hand)
         each = 400 + len(hand.placements) * len(set(hand.shapes))
@@ -106,7 +107,7 @@ class Judge:
     def least_distances(self) -> Array:
         """Return how far the centres of any two fingertips must be apart (n, n)."""
         return np.array(
-            [[self._scene.least_distance(a, b) for b in self._radii] for a in self._radii]
+            [[self.scene.least_distance(a, b) for b in self._radii] for a in self._radii]
         )
 
     @cached_property
@@ -123,7 +124,7 @@ class Judge:
         pairs: dict[tuple[float, float], BoolArray] = {}
         for a in self._centres:
             for b in self._centres:
-                pairs[a, b] = self._scene.tips_apart(self._centres[a], a, self._centres[b], b)
+                pairs[a, b] = self.scene.tips_apart(self._centres[a], a, self._centres[b], b)
         every = range(len(self._radii))
         return tuple(
             tuple(None if i == j else pairs[self._radii[i], self._radii[j]] for j in every)
@@ -209,12 +210,12 @@ class Judge:
 
     def _geometry(self, pose: Pose) -> NodeGeometry:
         table = self.problem.fingers.placements
-        object_free = self._scene.object_free(pose)
+        object_free = self.scene.object_free(pose)
         masks: dict[float, BoolArray] = {}
         for radius, centres in self._centres.items():
             mask = np.zeros(len(table), dtype=bool)
             if object_free:
-                mask = self._scene.free_placements(pose, centres, radius, table.piece)
+                mask = self.scene.free_placements(pose, centres, radius, table.piece)
             mask.flags.writeable = False
             masks[radius] = mask
         free = tuple(masks[r] for r in self._radii)

@@ -14,7 +14,7 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.geometry.pose import Pose
-from gm_ompl.geometry.separation import TOUCHING, PlacedPiece, penetrates
+from gm_ompl.geometry.separation import TOUCHING, PlacedPiece, gap, penetrates
 from gm_ompl.geometry.solids import Body, ConvexPiece
 
 EXACT = 1e-9
@@ -85,6 +85,25 @@ class Scene:
                 return False
             for j in self.near(low, high):
                 if self._overlaps(k, here, pose, int(j)):
+                    return False
+        return True
+
+    def stays_clear(self, pose: Pose, shifts: Array) -> bool:
+        """Whether the object stays off floor and obstacles wherever it is near a pose.
+
+        Args:
+            pose: where it is.
+            shifts: (3,), none of its points is farther from there along the world's axes.
+        """
+        fixed = [PlacedPiece(piece) for piece in self.obstacles]
+        for own in (PlacedPiece(piece, pose) for piece in self.body.pieces):
+            low, high = own.bounds
+            if self.floor and low[2] <= shifts[2]:
+                return False
+            beside = np.maximum(low - self._high, self._low - high) > shifts
+            for j in np.flatnonzero(~beside.any(axis=1)):
+                best = gap(own, fixed[j])
+                if best.width <= float(np.abs(best.normal) @ shifts):
                     return False
         return True
 

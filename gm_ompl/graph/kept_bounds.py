@@ -1,8 +1,8 @@
-"""Lower bounds on plans that keep the whole hand in place, for free motion that stays in a plane.
+"""Lower bounds on plans that keep the whole hand, where free motion turns about one axis alone.
 
-There the object turns about one axis alone and goes along two, or along a face that leans on the
-corners of two obstacles. It touches nothing but with what the plane shows of its outline, so every
-rotation is about a point of that, or, where the object touches nothing, about its centre of mass.
+In the plane across it the object goes along two axes, or along a face that leans on the corners of
+two obstacles. Every rotation is about a point of the outline that the plane shows, or about the
+centre of mass. What it goes along the axis counts as nothing.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ AT_ONCE: Final = 512
 
 
 def turning_axis(problem: Problem) -> int | None:
-    """Return the axis at right angles to the plane that free motion stays in; None: it does not.
+    """Return the only axis about which free motion turns, where a plane across it tells enough.
 
-    The object's faces lie along that axis or across it, obstacles' faces along the world's axes,
-    and no obstacle just reaches the object's ends: what is touched is touched by its outline.
+    The object's faces lie along that axis or across it, obstacles' faces along the world's axes.
+    Where it slides along its ends, on what they touch, both axes of the plane must be listed: then
+    the ends' contact lines offer nothing else. None where that is not so.
     """
     motion, D = problem.motion, problem.body.diagonal
     if not isinstance(motion, FreeMotion) or motion.steps.rotate is None:
@@ -46,8 +47,9 @@ def turning_axis(problem: Problem) -> int | None:
     axis = int(along[0].argmax()) if len(along) else 2
     one = len(along) > 0 and np.allclose(along[:, axis], 1.0, rtol=0.0, atol=LEVEL)
     low, high = motion.region[:, axis]
-    if not one or axis == 2 or high - low > SLACK * D:
+    if not one:
         return None
+    both = {(axis + 1) % 3, (axis + 2) % 3} <= set(motion.steps.translate)
     R, near = motion.start.rotation, (problem.environment.contact_tolerance + SLACK) * D
     fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
     upright = all(_along_or_across(p.face_normals @ R[axis]) for p in problem.body.pieces)
@@ -58,7 +60,7 @@ def turning_axis(problem: Problem) -> int | None:
         for a in own
         for b in (_reach(p.vertices[:, axis]) for p in fixed)
     )
-    return axis if upright and level and beside else None
+    return axis if upright and level and (both or (beside and axis != 2)) else None
 
 
 def _along_or_across(parts: Array) -> bool:

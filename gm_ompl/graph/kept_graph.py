@@ -14,6 +14,7 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.arc_classes import ArcClasses
 from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.goal_distance import GoalDistance
+from gm_ompl.graph.goal_sets import GoalSets
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
 from gm_ompl.graph.kept_chords import chords, lines
 from gm_ompl.graph.kept_states import begin, learn, rehash
@@ -79,6 +80,7 @@ class KeptGraph:
     Attributes:
         tables: what compiled code goes by; others once they have grown. Poses have the numbers of
             the object's nodes.
+        goal_sets: what the goal asks of sets.
     """
 
     def __init__(self, judge: Judge) -> None:
@@ -93,6 +95,7 @@ class KeptGraph:
         self._fingers = list(firsts.values())
         self._classes = ArcClasses(judge, problem.object_graph, self._fingers)
         number = {shape: f for f, shape in enumerate(firsts)}
+        self.goal_sets = GoalSets(judge)
         axis = turning_axis(problem)
         self._planar = None if axis is None else PlanarBounds(judge, axis)
         goals = [GoalDistance(motion.goal, judge.centres(i)) for i in self._fingers]
@@ -102,6 +105,7 @@ class KeptGraph:
         S = len(rows)
         target = NOWHERE if self._planar is None else self._planar.target
         flags = np.ones(S, dtype=bool), np.zeros(S, dtype=bool)
+        self._asked = np.zeros(S, dtype=bool)  # of which sets at the start it was asked
         kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
@@ -121,6 +125,8 @@ class KeptGraph:
         """Return the sets (S, n) that start and goal allow."""
         judge, hand = self._judge, self._judge.problem.fingers
         free = judge.node(self._graph.pose(START)).free
+        there = zip(free, self.goal_sets.free(), strict=True)
+        free = tuple(at_start & at_goal for at_start, at_goal in there)
         allowed = restricted(restricted(free, hand.start), hand.goal)
         found = placement_sets(hand.groups(), allowed, judge.clear, MOST_SETS)
         if found is None or not limits.fits(SET_BYTES * len(found)):
@@ -160,14 +166,18 @@ class KeptGraph:
         self._make_room(int((poses.past[of] - poses.first[of]).sum()))
 
     def sharpen(self, which: IntArray) -> None:
-        """Find the potentials of sets at the start that have none yet."""
+        """Find what bounds plans of sets at the start that were not asked for yet."""
         book, hands = self.tables.book, self.tables.hands
-        new = which[(book.pose[which] == 0) & ~hands.known[book.hand[which]]]
-        if self._planar is None or not len(new):
+        sets = book.hand[which[book.pose[which] == START]]
+        sets = sets[~self._asked[sets]]
+        if not len(sets):
             return
-        sets = book.hand[new]
-        hands.potentials[sets] = self._planar.potentials(hands.rows[sets])
-        hands.known[sets] = True
+        may = self.goal_sets.may_end(hands.rows[sets])
+        hands.alive[sets[~may]] = False
+        if self._planar is not None:
+            hands.potentials[sets[may]] = self._planar.potentials(hands.rows[sets[may]])
+            hands.known[sets[may]] = True
+        self._asked[sets] = True
 
     def _make_room(self, coming: int) -> None:
         book = self.tables.book

@@ -60,9 +60,10 @@ class KeptSearch:
         hand, price = self._judge.problem.fingers, float(self._judge.problem.cost.regrasp)
         n, start = hand.count, self._judge.problem.object_graph.pose(START)
         free, motion = self._judge.node(start).free, self._judge.problem.motion
+        there = self.graph.goal_sets.free()
         assert isinstance(motion, FreeMotion)
         ways = [
-            GoalDistance(motion.goal, self._judge.centres(i)[free[i]])
+            GoalDistance(motion.goal, self._judge.centres(i)[free[i] & there[i]])
             .distances(start.rotation, start.position)
             .min(initial=math.inf)
             for i in range(n)
