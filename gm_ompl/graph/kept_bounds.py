@@ -13,8 +13,8 @@ from typing import Final, NamedTuple, final
 
 import numpy as np
 
-from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.potentials import POTENTIALS, SLOPES, PlaneGoal, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
@@ -180,13 +180,14 @@ class PlanarBounds:
             LimitError: a limit is reached.
         """
         outline, found = self._outline, np.empty((len(rows), POTENTIALS, 4))
-        for first in range(0, len(rows), AT_ONCE):
-            limits.check()
-            some = rows[first : first + AT_ONCE].T
+
+        def work(part: slice) -> None:
+            some = rows[part].T
             near = np.stack([table[r] for table, r in zip(outline.near, some, strict=True)], axis=1)
             tips = np.stack([table[r] for table, r in zip(outline.tips, some, strict=True)], axis=1)
-            part = found[first : first + AT_ONCE]
-            set_up_all(near, outline.points, outline.ends, self._kappa, tips, part)
+            set_up_all(near, outline.points, outline.ends, self._kappa, tips, found[part])
+
+        share_out(work, len(rows), most=AT_ONCE)
         # A shorter y gains less from rotations.
         found[..., 2] = np.minimum(found[..., 2], self._steepest)
         return found

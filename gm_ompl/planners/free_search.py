@@ -1,8 +1,8 @@
 """Exact search of free motion, whose object graph is made on demand.
 
-Two searches share the work. One is over lanes, in ever larger parts of the object graph, until no
-better plan can leave the part. The other is for plans without regrasping; it needs far fewer poses
-where those with regrasps are dearer than the best plan. Whichever ends first has the proof.
+Two searches share the work. One is for plans without regrasping; it needs few poses where those
+with regrasps are dearer than the best plan. The other is over lanes, in ever larger parts of the
+object graph, until no better plan can leave the part. Whichever ends first has the proof.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.problem import Problem
 
 TURN: Final = 5.0
-"""Lanes are searched so long [s] before plans without regrasping are searched for apart."""
+"""The first turn of lanes [s]."""
 
 PER_SECOND: Final = 2000
 """Where iterations are limited so many count as a second: then turns fall the same every time."""
@@ -55,7 +55,7 @@ class FreeSearch:
         self._result = without_search(Status.BUDGET, 0.0, log.meter)
         self._kept: KeptSearch | None = None
         self._part: PartSearch | None = None
-        self._began = self._reached = False
+        self._reached = False
         self._counts = np.zeros((2, 2), dtype=np.int64)  # expanded, generated: before, in this part
         self._taken = [0.0, 0.0]  # by lanes, and by plans without regrasping [s]
         self._asked = 0  # iterations of both
@@ -68,7 +68,8 @@ class FreeSearch:
         """Search for a plan of least cost."""
         try:
             closure = Closure(self._judge, self._log.meter.spent)
-            while not (self._by_lanes(closure) or self._keep()):
+            self._kept = KeptSearch.of(self._judge, self._log)
+            while not (self._keep() or self._by_lanes(closure)):
                 pass
         except KeyboardInterrupt:
             self._take_kept()
@@ -83,7 +84,7 @@ class FreeSearch:
     def _by_lanes(self, closure: Closure) -> bool:
         """Let lanes have a turn; whether that is all."""
         before, turn, self._paused = self._now(), math.inf, False
-        if not self._began or (self._kept is not None and not self._kept.done):
+        if self._kept is not None and not self._kept.done:
             turn = max(TURN, self._taken[1] / SHARE)
 
         def pause() -> bool:
@@ -125,7 +126,7 @@ class FreeSearch:
             if not self._reached and not self._reach(closure, pause):
                 return False
             return self._due > 0.0 or closure.double(pause)
-        kept = self._without_regrasps()
+        kept = self._kept
         if kept is not None and cost <= kept.bound * (1.0 + PROVEN):
             return False
         proves = kept is not None and not kept.done and kept.proves(cost)
@@ -139,8 +140,7 @@ class FreeSearch:
         """Whether plans without regrasping had their share of what building a part will take."""
         self._due = BUILDING * self._growing
         if self._due > TURN:
-            kept = self._without_regrasps()
-            share = SHARE * (self._taken[0] + self._due)
+            kept, share = self._kept, SHARE * (self._taken[0] + self._due)
             if kept is not None and not kept.done and self._taken[1] < share:
                 return False
         self._due = 0.0
@@ -155,12 +155,6 @@ class FreeSearch:
                 bound = max(self._result.lower_bound, closure.next)
                 self._result = dataclasses.replace(self._result, lower_bound=bound)
         return self._reached
-
-    def _without_regrasps(self) -> KeptSearch | None:
-        """Return the search for plans without regrasping, begun when it is asked for."""
-        if not self._began:
-            self._began, self._kept = True, KeptSearch.of(self._judge, self._log)
-        return self._kept
 
     def _search(self, closure: Closure, pause: Stop) -> bool:
         """Search a part over lanes, or go on with that; whether that is all."""
@@ -185,11 +179,11 @@ class FreeSearch:
 
     def _keep(self) -> bool:
         """Go on with the search for plans without regrasping; whether a plan is optimal."""
-        kept = self._without_regrasps()
+        kept, cost = self._kept, self._result.cost
         if kept is None:
             return False
-        cost, share = self._result.cost, SHARE * (self._taken[0] + self._due)
-        most = math.inf if self._resting else share
+        share = SHARE * (self._taken[0] + self._due)
+        most = math.inf if self._resting else max(SHARE * TURN, share)
         while self._taken[1] < most and not kept.done:
             before, expanded = self._now(), kept.expanded
             self._log.meter.elsewhere = int(self._counts[:, 0].sum())
