@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple, TypeVar, cast, final
+from typing import Final, NamedTuple, final
 
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import IntArray, with_room
+from gm_ompl.arrays import IntArray
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.arc_classes import ArcClasses
 from gm_ompl.graph.closure import firsts_of, lifts
+from gm_ompl.graph.floor_bounds import FloorBounds
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.goal_sets import GoalSets
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
 from gm_ompl.graph.kept_chords import chords, lines
+from gm_ompl.graph.kept_room import ASKS, NO_ROWS, columns_with_room, new_book, no_arcs, no_floor
 from gm_ompl.graph.kept_states import begin, learn, rehash
 from gm_ompl.graph.kept_tables import (
     ASKED,
@@ -32,7 +34,6 @@ from gm_ompl.graph.kept_tables import (
     KeptTables,
     Poses,
     Prices,
-    StateBook,
 )
 from gm_ompl.graph.mirror import Orbits
 from gm_ompl.graph.potentials import POTENTIALS, PlaneGoal
@@ -47,16 +48,9 @@ MOST_SETS: Final = 1_000_000
 SET_BYTES: Final = 1000.0
 """What is held for a set, at first."""
 
-ASKS: Final = 20_000
-"""Margins asked for at once."""
-
-Columns = TypeVar("Columns", bound=tuple[np.ndarray[Any, Any], ...])
-
 NOWHERE = PlaneGoal(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
 """A target that no potential is asked for."""
 
-
-NO_ROWS = np.zeros(0, np.int64)
 
 START: Final = 0
 """The node at the start."""
@@ -107,12 +101,14 @@ class KeptGraph:
         flags = np.ones(S, dtype=bool), np.zeros(S, dtype=bool)
         self._asked = np.zeros(S, dtype=bool)  # of which sets at the start it was asked
         kept = np.zeros((S if self._planar else 0, POTENTIALS, 4))
+        self._floor = FloorBounds.of(judge, rows) if axis is None and S else None
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
-            Poses(np.zeros((0, 3)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS),
+            no_floor(S) if self._floor is None else self._floor.table,
+            Poses(np.zeros((0, 3)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS, NO_ROWS),
             BodyPoses(*self._graph.bodies()), GoalDistance.together(goals),
-            _no_arcs(F, P, parts),
-            _new_book(max(1024, 2 * S), 1 << 16),
+            no_arcs(F, P, parts),
+            new_book(max(1024, 2 * S), 1 << 16),
             Prices(problem.cost.stability, problem.z_floor),
         )  # fmt: skip
         self._taken_in = TakenIn(0, 0, 0)
@@ -165,19 +161,31 @@ class KeptGraph:
         poses = self.tables.poses
         self._make_room(int((poses.past[of] - poses.first[of]).sum()))
 
-    def sharpen(self, which: IntArray) -> None:
-        """Find what bounds plans of sets at the start that were not asked for yet."""
+    def sharpen(self, which: IntArray, limit: float) -> IntArray:
+        """Find what bounds plans of sets at the start that were not asked for yet.
+
+        Returns:
+            The states of ``which`` whose key is still at most ``limit``.
+        """
         book, hands = self.tables.book, self.tables.hands
-        sets = book.hand[which[book.pose[which] == START]]
-        sets = sets[~self._asked[sets]]
-        if not len(sets):
-            return
+        begun = which[book.pose[which] == START]
+        begun = begun[~self._asked[book.hand[begun]]]
+        if not len(begun):
+            return which
+        sets = book.hand[begun]
         may = self.goal_sets.may_end(hands.rows[sets])
         hands.alive[sets[~may]] = False
+        self._asked[sets] = True
         if self._planar is not None:
             hands.potentials[sets[may]] = self._planar.potentials(hands.rows[sets[may]])
             hands.known[sets[may]] = True
-        self._asked[sets] = True
+        if self._floor is not None:
+            bounds = self._floor.settle(sets[may], limit)
+            self.tables = self.tables._replace(floor=self._floor.table)
+            book.key[begun[may]] = np.maximum(book.key[begun[may]], bounds)
+            self._asked[sets[may]] = bounds <= limit  # others are gone on with
+            hands.alive[sets[may][bounds == np.inf]] = False
+        return which[book.key[which] <= limit]
 
     def _make_room(self, coming: int) -> None:
         book = self.tables.book
@@ -191,7 +199,7 @@ class KeptGraph:
         limits.claim(
             80.0 * room + 16.0 * slots, f"{states:,} states", "use fewer fingers.placements"
         )
-        grown = _new_book(room, slots)
+        grown = new_book(room, slots)
         for name in ("pose", "hand", "cost", "bound", "key", "parent", "via"):
             getattr(grown, name)[:states] = getattr(book, name)[:states]
         grown.counts[:] = book.counts
@@ -202,12 +210,12 @@ class KeptGraph:
         """Take in the poses and arcs that the lattice has made."""
         graph, known = self._graph, self._taken_in
         new = np.arange(known.poses, len(graph))
-        poses = _with_room(self.tables.poses, len(graph))
-        poses.places[new, 0], poses.first[new] = np.nan, EMPTY
+        poses = columns_with_room(self.tables.poses, len(graph))
+        poses.places[new, 0], poses.first[new], poses.attitudes[new] = np.nan, EMPTY, EMPTY
         arcs, rows = self.tables.arcs, graph.arcs.rows
         count = len(graph.arcs) if self._apart else len(graph.arcs.kind_arcs)
         fresh = np.arange(known.kinds, count)
-        stages, free, states = _with_room((arcs.stages, arcs.free, arcs.states), count)
+        stages, free, states = columns_with_room((arcs.stages, arcs.free, arcs.states), count)
         firsts = fresh if self._apart else np.array(graph.arcs.kind_arcs[known.kinds :], np.int64)
         stages[fresh] = np.where(rows.bare[firsts] & (not self._lifts), BLOCKED, UNKNOWN)
         states[fresh] = -1
@@ -224,11 +232,13 @@ class KeptGraph:
         R, p = graph.poses(new)
         poses.goal[new] = graph.arrived(new)
         poses.places[new] = 0.0 if self._planar is None else self._planar.places(R, p)
+        if self._floor is not None:
+            poses.attitudes[new] = self._floor.attitudes(R, p)
 
     def _form(self, leaving: IntArray) -> None:
         """Find how far fingertips go along arcs."""
         graph, arcs, forms = self._graph, self.tables.arcs, len(self._graph.arcs.form_arcs)
-        lined, chorded = _with_room((arcs.lines, arcs.chords), forms)
+        lined, chorded = columns_with_room((arcs.lines, arcs.chords), forms)
         if forms > self._taken_in.forms:
             chorded[self._taken_in.forms : forms, 0] = np.nan
             self._taken_in = self._taken_in._replace(forms=forms)
@@ -266,27 +276,3 @@ class KeptGraph:
             nodes.append(int(book.pose[number]))
             number = int(book.parent[number])
         return nodes[::-1]
-
-
-def _no_arcs(F: int, P: int, parts: int) -> KeptArcs:
-    free, states = np.zeros((0, F, P), dtype=bool), np.zeros((0, parts), np.int64)
-    forms = np.zeros((0, 2, 3)), np.zeros((0, parts))
-    return KeptArcs(NO_ROWS, NO_ROWS, NO_ROWS, *forms, NO_ROWS, free, states)
-
-
-def _new_book(room: int, slots: int) -> StateBook:
-    hashed = 1 << int(2 * room - 1).bit_length()
-    numbers, reals = np.zeros((4, room), dtype=np.int64), np.full((3, room), np.inf)
-    return StateBook(
-        np.full(hashed, EMPTY), numbers[0], numbers[1], reals[0], reals[1], reals[2],
-        numbers[2], numbers[3], np.full(slots, EMPTY), np.zeros(slots),
-        np.zeros((ASKS, 2), dtype=np.int64), np.zeros(3, dtype=np.int64),
-    )  # fmt: skip
-
-
-def _with_room(columns: Columns, count: int) -> Columns:
-    """Return arrays with room for so many rows: themselves where there is."""
-    if count <= len(columns[0]):
-        return columns
-    grown: list[Any] = [with_room(column, len(column), count) for column in columns]
-    return cast(Columns, Poses._make(grown) if isinstance(columns, Poses) else tuple(grown))

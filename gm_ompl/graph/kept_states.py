@@ -23,6 +23,7 @@ from gm_ompl.graph.kept_tables import (
     STATES,
     UNKNOWN,
     WANTED,
+    FloorTable,
     KeptArcs,
     KeptSets,
     KeptTables,
@@ -86,10 +87,23 @@ def ahead(pose: int, hand: int, tables: KeptTables) -> float:
     R, p = bodies.rotations[number], bodies.positions[number]
     for i in range(hands.rows.shape[1]):
         most = max(most, way_left(tables.goal, hands.shapes[i], hands.rows[hand, i], R, p))
+    row, attitude = tables.floor.rows[hand], tables.poses.attitudes[pose]
+    if row >= 0 and attitude >= 0:
+        most = max(most, _left_on_floor(row, attitude, R, p, tables.floor))
     if hands.known[hand]:
         x, z, turn = places[pose, 0], places[pose, 1], places[pose, 2]
         most = max(most, potential(hands.potentials[hand], x, z, turn, hands.target))
     return float(most)
+
+
+@inlined
+def _left_on_floor(row: int, attitude: int, R: Array, p: Array, floor: FloorTable) -> float:
+    """Return what is left to pay from a pose on an open floor."""
+    o, left = floor.points[row], floor.values[row, attitude] - floor.slack
+    for c in range(2):
+        here = p[c] + R[c, 0] * o[0] + R[c, 1] * o[1] + R[c, 2] * o[2]
+        left += floor.ways[row, c] * (floor.goal[c] - here)
+    return float(left)
 
 
 @lean

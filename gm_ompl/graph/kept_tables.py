@@ -44,6 +44,26 @@ class KeptSets(NamedTuple):
     target: PlaneGoal
 
 
+class FloorTable(NamedTuple):
+    """What is left to pay on an open floor, see ``floor_values``.
+
+    Attributes:
+        rows: (S,), a set's row in what follows; -1: none.
+        points: (N, 3), o.
+        ways: (N, 2), y.
+        values: (N, A), by attitude.
+        goal: (2,), where the centre of mass must be.
+        slack: how far from there it may be.
+    """
+
+    rows: IntArray
+    points: Array
+    ways: Array
+    values: Array
+    goal: Array
+    slack: float
+
+
 class Poses(NamedTuple):
     """Poses that were met.
 
@@ -52,12 +72,14 @@ class Poses(NamedTuple):
         goal: (V,), whether the object has arrived.
         first: (V,), the first arc that leaves it; -1 where its arcs are not known.
         past: (V,), the arc past its last.
+        attitudes: (V,), their numbers on an open floor; -1: none.
     """
 
     places: Array
     goal: BoolArray
     first: IntArray
     past: IntArray
+    attitudes: IntArray
 
 
 class BodyPoses(NamedTuple):
@@ -143,6 +165,7 @@ class KeptTables(NamedTuple):
     """All that the search goes by."""
 
     hands: KeptSets
+    floor: FloorTable
     poses: Poses
     bodies: BodyPoses
     goal: GoalTips

@@ -114,7 +114,7 @@ class KeptSearch:
     def _follow(self, which: IntArray, limit: float) -> None:
         """Follow the arcs from states, and find what was asked for."""
         graph = self.graph
-        graph.sharpen(which)
+        which = graph.sharpen(which, limit)
         graph.prepare(which)
         expand(which, limit, graph.tables)
         self.expanded += len(which)
