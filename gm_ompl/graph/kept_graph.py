@@ -19,7 +19,7 @@ from gm_ompl.graph.goal_sets import GoalSets
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
 from gm_ompl.graph.kept_chords import chords, lines
 from gm_ompl.graph.kept_room import ASKS, NO_ROWS, columns_with_room, new_book, no_arcs, no_floor
-from gm_ompl.graph.kept_states import begin, learn, rehash
+from gm_ompl.graph.kept_states import begin, expand, learn, rehash
 from gm_ompl.graph.kept_tables import (
     ASKED,
     BLOCKED,
@@ -145,9 +145,18 @@ class KeptGraph:
         self._make_room(len(new))
         begin(new, self.tables)
 
-    def prepare(self, which: IntArray) -> None:
-        """Make what following the arcs from states takes: their poses' arcs, and room."""
+    def follow(self, which: IntArray, limit: float) -> None:
+        """Follow the arcs from states, up to plans of a bound of at most ``limit``."""
         of = self.tables.book.pose[which]
+        self._prepare(of)
+        poses = self.tables.poses
+        most = int((poses.past[of] - poses.first[of]).max(initial=0))
+        while len(which):
+            self._make_room(most)
+            which = which[expand(which, limit, self.tables) :]
+
+    def _prepare(self, of: IntArray) -> None:
+        """Make the arcs that leave poses."""
         new = np.unique(of[self.tables.poses.first[of] == EMPTY])
         if len(new):
             self._graph.leave(new.tolist())
@@ -158,8 +167,6 @@ class KeptGraph:
             arcs, poses = self.tables.arcs, self.tables.poses
             self._see(arcs.heads[leaving[arcs.stages[arcs.kinds[leaving]] != BLOCKED]])
             poses.first[new], poses.past[new] = first, past
-        poses = self.tables.poses
-        self._make_room(int((poses.past[of] - poses.first[of]).sum()))
 
     def sharpen(self, which: IntArray, limit: float) -> IntArray:
         """Find what bounds plans of sets at the start that were not asked for yet.
@@ -188,6 +195,7 @@ class KeptGraph:
         return which[book.key[which] <= limit]
 
     def _make_room(self, coming: int) -> None:
+        """Make room for more states, and for the margins that are asked for."""
         book = self.tables.book
         states, asked = int(book.counts[STATES]), int((book.asks != EMPTY).sum())
         room, slots = len(book.cost), len(book.asks)
@@ -199,7 +207,7 @@ class KeptGraph:
         limits.claim(
             80.0 * room + 16.0 * slots, f"{states:,} states", "use fewer fingers.placements"
         )
-        grown = new_book(room, slots)
+        grown = new_book(room, slots)._replace(new=book.new)  # what is asked for stays so
         for name in ("pose", "hand", "cost", "bound", "key", "parent", "via"):
             getattr(grown, name)[:states] = getattr(book, name)[:states]
         grown.counts[:] = book.counts

@@ -107,16 +107,15 @@ def _left_on_floor(row: int, attitude: int, R: Array, p: Array, floor: FloorTabl
 
 
 @lean
-def meet(pose: int, hand: int, tables: KeptTables) -> int:
-    """Return the number of a state; a new one costs +inf and is not open."""
-    book = tables.book
+def meet(pose: int, hand: int, bound: float, book: StateBook) -> int:
+    """Return the number of a state; a new one, of that bound, costs +inf and is not open."""
     slot = find(book, pose, hand)
     if book.slots[slot] == EMPTY:
         number = book.counts[STATES]
         book.counts[STATES] += 1
         book.slots[slot], book.pose[number], book.hand[number] = number, pose, hand
         book.cost[number] = book.key[number] = np.inf
-        book.bound[number] = ahead(pose, hand, tables)
+        book.bound[number] = bound
     return int(book.slots[slot])
 
 
@@ -131,23 +130,27 @@ def put(book: StateBook, number: int, cost: float, parent: int, via: int) -> Non
 def begin(which: IntArray, tables: KeptTables) -> None:
     """Open sets at the start, pose 0."""
     for hand in which:
-        put(tables.book, meet(0, hand, tables), 0.0, EMPTY, EMPTY)
+        put(tables.book, meet(0, hand, ahead(0, hand, tables), tables.book), 0.0, EMPTY, EMPTY)
 
 
 @lean
-def expand(which: IntArray, limit: float, tables: KeptTables) -> None:
+def expand(which: IntArray, limit: float, tables: KeptTables) -> int:
     """Follow the arcs from open states, up to plans of a bound of at most ``limit``.
 
-    The states' poses must have their arcs, and the book room for what may come.
+    The states' poses must have their arcs. Returns how many were followed until the book is full.
     """
     hands, poses, book = tables.hands, tables.poses, tables.book
-    for number in which:
+    for k in range(len(which)):
+        number = which[k]
         hand, pose = book.hand[number], book.pose[number]
+        if book.counts[STATES] + poses.past[pose] - poses.first[pose] > len(book.cost):
+            return k
         book.key[number], nearest = np.inf, np.inf
         if hands.alive[hand]:
             for arc in range(poses.first[pose], poses.past[pose]):
                 nearest = min(nearest, _follow(number, arc, limit, tables))
         book.key[number] = min(book.key[number], nearest)
+    return len(which)
 
 
 @lean
@@ -156,23 +159,25 @@ def _follow(number: int, arc: int, limit: float, tables: KeptTables) -> float:
     hands, arcs, book = tables.hands, tables.arcs, tables.book
     hand, head, kind = book.hand[number], arcs.heads[arc], arcs.kinds[arc]
     stage, form, here = arcs.stages[kind], arcs.forms[arc], book.cost[number]
-    known = False
     if stage == BLOCKED or (stage == READY and not _is_free(arcs, kind, hands, hand)):
         return np.inf
-    cost, _ = _price(-1, form, hand, tables)
-    there = meet(head, hand, tables)
-    if book.cost[there] <= (here + cost) * (1.0 + SAME):
+    cost, known = _price(-1, form, hand, tables)
+    there, before = book.slots[find(book, head, hand)], np.inf
+    if there != EMPTY:
+        before = book.cost[there]
+    if before <= (here + cost) * (1.0 + SAME):
         return np.inf
-    if stage == READY and here + cost + book.bound[there] <= limit:
+    left = ahead(head, hand, tables) if there == EMPTY else book.bound[there]
+    if stage == READY and here + cost + left <= limit:
         cost, known = _price(kind, form, hand, tables)
-        if known and book.cost[there] <= (here + cost) * (1.0 + SAME):
+        if known and before <= (here + cost) * (1.0 + SAME):
             return np.inf
-    total = here + cost + book.bound[there]
-    if stage != READY or not known or total > limit:
+    total = here + cost + left
+    if not known or total > limit:
         if total <= limit and stage == UNKNOWN:
             arcs.stages[kind] = WANTED
         return float(total)
-    put(book, there, here + cost, number, arc)
+    put(book, meet(head, hand, left, book), here + cost, number, arc)
     book.counts[ARRIVED] += tables.poses.goal[head]
     return np.inf
 

@@ -17,7 +17,6 @@ from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.kept_graph import START, KeptGraph
-from gm_ompl.graph.kept_states import expand
 from gm_ompl.graph.kept_tables import ARRIVED, STATES
 from gm_ompl.holds.extraction import moves_of
 from gm_ompl.motion.free import FreeMotion
@@ -115,8 +114,7 @@ class KeptSearch:
         """Follow the arcs from states, and find what was asked for."""
         graph = self.graph
         which = graph.sharpen(which, limit)
-        graph.prepare(which)
-        expand(which, limit, graph.tables)
+        graph.follow(which, limit)
         self.expanded += len(which)
         graph.answer()
         if graph.tables.book.counts[ARRIVED] > self._arrived:
