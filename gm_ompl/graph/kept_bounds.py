@@ -20,11 +20,11 @@ from gm_ompl.graph.potentials import POTENTIALS, SLOPES, PlaneGoal, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
 from gm_ompl.problem import Problem
 
-PIECES: Final = 32
+PIECES: Final = 64
 """The outline is cut into about so many pieces."""
 
-POINTS: Final = 9
-"""Points o of the object are tried on a grid of so many by so many."""
+POINTS: Final = 3
+"""A point o of the object is first looked for on a grid of so many by so many."""
 
 LEVEL: Final = 1e-9
 """A component of a unit vector that counts as nothing."""

@@ -23,6 +23,10 @@ from gm_ompl.compilation import compiled, inlined, lean
 SLOPES = np.array([0.0, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 2.0**0.5])
 """The lengths of y that are tried."""
 
+SIDES = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0],
+                  [1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]])  # fmt: skip
+"""Where a better o is looked for."""
+
 POTENTIALS: Final = len(SLOPES) + 1
 """Of a set of fingertips; the last one has lambda = 0 and the largest |y|."""
 
@@ -47,49 +51,85 @@ class PlaneGoal(NamedTuple):
     angle: float
 
 
-@compiled
+STEPS: Final = 7
+"""A point o is looked for in steps that are halved so many times."""
+
+
+@lean
 def set_up(near: Array, points: Array, outline: Array, kappa: float, found: Array) -> None:
     """Write the potentials (POTENTIALS, 4) of a set of fingertips: o, |y| and lambda of each.
 
     Args:
         near: (T, S, 2), over each piece of the outline each fingertip's distance, from below: a
             linear function, by its values at the ends.
-        points: (M, 2), the points o to choose from.
+        points: (M, 2), points o to begin with.
         outline: (S, 2, 2), the pieces' ends; between them a potential is least at one.
         kappa: of chords.
         found: written.
     """
-    best, steepest = np.full(len(SLOPES), -1.0), -1.0
-    least, chosen, last = np.empty(len(SLOPES)), np.zeros(len(SLOPES), dtype=np.int64), 0
-    for m in range(len(points)):
-        least[:], slope = np.inf, np.inf
-        for s in range(len(outline)):
-            one = np.hypot(points[m, 0] - outline[s, 0, 0], points[m, 1] - outline[s, 0, 1])
-            two = np.hypot(points[m, 0] - outline[s, 1, 0], points[m, 1] - outline[s, 1, 1])
-            steep = 0.0
-            for t in range(len(near)):
-                first, second = near[t, s, 0], near[t, s, 1]
-                steep = max(steep, min(_over(first, one), _over(second, two)))
-            slope = min(slope, steep)
-            for k in range(len(SLOPES)):
-                gap = -np.inf
-                for t in range(len(near)):
-                    first, second = near[t, s, 0], near[t, s, 1]
-                    gap = max(gap, min(first - SLOPES[k] * one, second - SLOPES[k] * two))
-                least[k] = min(least[k], gap)
-        for k in range(len(SLOPES)):
-            if least[k] > best[k]:
-                best[k], chosen[k] = least[k], m
-        if slope > steepest:
-            steepest, last = slope, m
-    for k in range(len(SLOPES)):
-        found[k, 0], found[k, 1] = points[chosen[k], 0], points[chosen[k], 1]
-        found[k, 2], found[k, 3] = SLOPES[k], kappa * best[k]
-        if best[k] < 0.0:
-            found[k, 2] = found[k, 3] = 0.0
-    k = len(SLOPES)
-    found[k, 0], found[k, 1] = points[last, 0], points[last, 1]
-    found[k, 2], found[k, 3] = max(0.0, min(steepest, SLOPES[-1])), 0.0
+    far, worst = 0.0, 0
+    for s in range(len(outline)):
+        far = max(far, abs(outline[s, 0, 0]), abs(outline[s, 0, 1]))
+    x, z = 0.0, 0.0
+    for k in range(POTENTIALS):
+        # One after the other they differ little: each begins where the last one ended.
+        best, worst = _least((x, z), k, near, outline, -np.inf, worst)
+        for m in range(len(points) if k < 2 else 0):
+            one, worst = _least((points[m, 0], points[m, 1]), k, near, outline, best, worst)
+            if one > best:
+                best, x, z = one, points[m, 0], points[m, 1]
+        # What is looked for is concave in o, or, of the last one, has a single top as well.
+        step, halved = far / 8.0, 0
+        while halved < STEPS:
+            moved = False
+            for d in range(len(SIDES)):
+                there = x + step * SIDES[d, 0], z + step * SIDES[d, 1]
+                one, worst = _least(there, k, near, outline, best, worst)
+                if one > best:
+                    best, x, z, moved = one, there[0], there[1], True
+            if not moved:
+                step, halved = step / 2.0, halved + 1
+        found[k, 0], found[k, 1] = x, z
+        if k == len(SLOPES):
+            found[k, 2], found[k, 3] = max(0.0, min(best, SLOPES[-1])), 0.0
+        else:
+            found[k, 2], found[k, 3] = SLOPES[k], kappa * best
+            if best < 0.0:
+                found[k, 2] = found[k, 3] = 0.0
+
+
+@lean
+def _least(
+    o: tuple[float, float], k: int, near: Array, outline: Array, known: float, first: int
+) -> tuple[float, int]:
+    """Return lambda over kappa of potential ``k``, of the last one its |y|, and a piece.
+
+    Where it is no more than ``known``, that is enough to say. The piece is where it is so small;
+    the one to look at ``first`` may be.
+    """
+    least, at, S = np.inf, first, len(outline)
+    for q in range(S):
+        s = (first + q) % S
+        one = _apart(o, outline[s, 0])
+        two = _apart(o, outline[s, 1])
+        most = -np.inf
+        for t in range(len(near)):
+            a, b = near[t, s, 0], near[t, s, 1]
+            if k < len(SLOPES):
+                most = max(most, min(a - SLOPES[k] * one, b - SLOPES[k] * two))
+            else:
+                most = max(most, min(_over(a, one), _over(b, two)))
+        if most < least:
+            least, at = most, s
+        if least <= known:
+            break
+    return float(least), at
+
+
+@inlined
+def _apart(o: tuple[float, float], end: Array) -> float:
+    x, z = o[0] - end[0], o[1] - end[1]
+    return float(np.sqrt(x * x + z * z))
 
 
 @inlined
@@ -99,13 +139,14 @@ def _over(length: float, arm: float) -> float:
 
 
 @inlined
-def _gain(x: float, z: float, slope: float) -> float:
-    """Return the most y . (x, z), both >= 0, of |y| <= ``slope``, each of its parts <= 1."""
+def _pull(x: float, z: float, slope: float) -> tuple[float, float]:
+    """Return the y that takes y . (x, z), both >= 0, farthest: |y| <= ``slope``, its parts <= 1."""
     more, less = max(x, z), min(x, z)
-    length = np.hypot(x, z)
+    length = max(np.sqrt(x * x + z * z), 1e-300)
     if slope * more <= length:
-        return float(slope * length)
-    return float(more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))))
+        return slope * x / length, slope * z / length
+    second = min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))) if less > 0.0 else 0.0
+    return (1.0, second) if x >= z else (second, 1.0)
 
 
 @lean
@@ -121,6 +162,8 @@ def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) 
     """
     cos, sin, best, left = np.cos(turn), np.sin(turn), 0.0, 0.0
     goal_cos, goal_sin = np.cos(target.turn), np.sin(target.turn)
+    most = min(target.angle, 0.5 * np.pi)
+    across, along = np.sin(most), 1.0 - np.cos(most)
     if target.turned:
         off = target.turn - turn
         left = max(0.0, abs(np.arctan2(np.sin(off), np.cos(off))) - target.angle)
@@ -128,16 +171,22 @@ def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) 
         o_x, o_z, slope, rate = found[k, 0], found[k, 1], found[k, 2], found[k, 3]
         if slope == 0.0 and rate == 0.0:
             continue
-        arm = np.hypot(o_x, o_z)
         here_x, here_z = x + cos * o_x - sin * o_z, z + sin * o_x + cos * o_z
-        there_x, there_z, slack = 0.0, 0.0, target.distance + arm
+        there_x, there_z = 0.0, 0.0
         if target.turned:
             there_x, there_z = goal_cos * o_x - goal_sin * o_z, goal_sin * o_x + goal_cos * o_z
-            slack = target.distance + 2.0 * np.sin(min(target.angle, np.pi) / 2.0) * arm
-        way_x = max(0.0, target.low[0] + there_x - here_x, here_x - target.high[0] - there_x)
-        way_z = max(0.0, target.low[1] + there_z - here_z, here_z - target.high[1] - there_z)
-        gain = max(0.0, _gain(way_x, way_z, slope) - slope * slack)
-        best = max(best, gain + rate * left)
+        before_x, past_x = target.low[0] + there_x - here_x, here_x - target.high[0] - there_x
+        before_z, past_z = target.low[1] + there_z - here_z, here_z - target.high[1] - there_z
+        way_x, way_z = max(0.0, before_x, past_x), max(0.0, before_z, past_z)
+        y_x, y_z = _pull(way_x, way_z, slope)
+        gain = y_x * way_x + y_z * way_z - slope * target.distance
+        y_x, y_z = (y_x if before_x > past_x else -y_x), (y_z if before_z > past_z else -y_z)
+        if target.turned and target.angle <= 0.5 * np.pi:  # o ends elsewhere, turned a bit
+            gain -= abs(y_x * there_z - y_z * there_x) * across
+            gain -= abs(y_x * there_x + y_z * there_z) * along
+        else:
+            gain -= slope * np.sqrt(o_x * o_x + o_z * o_z) * (2.0 if target.turned else 1.0)
+        best = max(best, max(0.0, gain) + rate * left)
     return best
 
 
