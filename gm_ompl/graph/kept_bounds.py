@@ -20,7 +20,7 @@ from gm_ompl.graph.potentials import POTENTIALS, SLOPES, PlaneGoal, set_up_all
 from gm_ompl.motion.free import SLACK, FreeMotion, PoseGoal
 from gm_ompl.problem import Problem
 
-PIECES: Final = 64
+PIECES: Final = 96
 """The outline is cut into about so many pieces."""
 
 POINTS: Final = 3
