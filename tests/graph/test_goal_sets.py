@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import cache
 from unittest import mock
 
 import numpy as np
@@ -14,83 +12,21 @@ from gm_ompl.contact.environment import contacts_at
 from gm_ompl.feasibility.aloft import Aloft
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.geometry.pose import Pose, rotation_about
+from gm_ompl.geometry.pose import Pose
 from gm_ompl.graph.goal_sets import GoalSets
 from gm_ompl.graph.kept_graph import KeptGraph
+from gm_ompl.motion.arc import Moment
 from gm_ompl.motion.free import FreeMotion, PoseGoal
-from gm_ompl.motion.object_graph import GraphArc
-from gm_ompl.plain.contact_lattice import PlainContactLattice
 from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import decide_modes
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 from tests.free_laws import CHANGES, square
-from tests.free_scenes import box_between, free_problem, steps, up_to_a_wall
+from tests.free_scenes import free_problem, up_to_a_wall
+from tests.goals_near import arrivals, arriving_at, near_things, open_air, towards, turn
 from tests.kept import kept, lanes
 
-SCENES, NODES, REFUSED = 20, 40, 3
-
-TURNS = ((), ((0, 1, 0),), ((0, 0, 1),), ((1, 0, 0), (0, 0, 1)), None)
-AXES = ((2,), (0, 2), (1, 2), (0, 1, 2))
-
-SHAPES = (
-    {"box": [1, 1, 0.5]},
-    {"box": [0.5, 1, 1]},
-    {"pieces": [{"box": {"min": [0, 0, 0], "max": [1, 1, 0.4]}},
-                {"box": {"min": [0, 0, 0.4], "max": [0.4, 1, 1]}}]},
-)  # fmt: skip
-
-
-def _turn(rng: np.random.Generator, angle: float) -> Array:
-    """A rotation by an angle about any axis."""
-    axis = rng.normal(size=3)
-    return rotation_about(axis / np.linalg.norm(axis), angle)
-
-
-def _open(seed: int) -> Problem:
-    """A body over the floor, a block beside it, its motion of any kind; its goal is not asked."""
-    rng = np.random.default_rng(seed)
-    shape, parts = SHAPES[rng.integers(len(SHAPES))], int(rng.integers(1, 4))
-    ends = bool(rng.random() < 0.4)
-    problem = free_problem(
-        obstacles={"block": box_between([0.9, -1, 0], [2, 1, rng.choice([0.5, 1.0])])},
-        start=(0, 0, rng.choice([0.6, 1.0, 1.5])),
-        region=((-1, -1, 0), (1, 1, 3)),
-        by=steps(
-            float(rng.choice([0.1, 0.25, 0.5])), float(rng.choice([5.0, 20.0, 60.0])),
-            AXES[rng.integers(len(AXES))], TURNS[rng.integers(len(TURNS))],
-        ),
-        object={"shape": shape, "mass": 1},
-        fingers={"count": 3, "radius": 0.05, "max_normal_force": rng.choice([5.0, 15.0, 20.0]),
-                 "placements": {"grid": [2, 1], "faces": "all"}},
-        mechanics={"z_min": 0.3},
-        cost={"samples_per_arc": max(parts, 1 + ends), "samples_at": "ends" if ends else "middles"},
-    )  # fmt: skip
-    problem.motion.ends = ends
-    return problem
-
-
-@cache
-def _scene(seed: int) -> tuple[Problem, list[GraphArc]]:
-    """A problem whose goal is about a pose of the lattice, and the arcs that lead to goals."""
-    rng, problem = np.random.default_rng(100 + seed), _open(seed)
-    motion = problem.motion
-    assert isinstance(motion, FreeMotion)
-    lattice, found = PlainContactLattice(problem, motion), list[GraphArc]()
-    nodes, node = 1, 0
-    while node < min(nodes, NODES):
-        found += lattice.arcs_from(node)
-        nodes, node = max([nodes, *(arc.head + 1 for arc in found)]), node + 1
-    chosen = lattice.pose(found[rng.integers(len(found))].head)
-    distance, angle = rng.choice([1e-3, 0.05]), rng.choice([0.01, 0.2])
-    size = rng.choice([0.0, 0.0, 0.1]) * rng.random(3)
-    place = chosen.position + rng.uniform(-0.5, 0.5, 3) * distance
-    turned = _turn(rng, rng.random() * angle) @ chosen.rotation
-    goal = PoseGoal(place - size, place + size, turned, None, distance, angle)
-    there = FreeMotion(motion.start, goal, motion.region, motion.steps)
-    there.ends = motion.ends
-    arriving = [arc for arc in found if goal.contains(lattice.pose(arc.head))]
-    return replace(problem, motion=there), arriving
+SCENES, REFUSED, NEAR = 20, 3, 60
 
 
 def _sets(judge: Judge) -> tuple[IntArray, IntArray]:
@@ -136,7 +72,7 @@ def _told(judge: Judge) -> tuple[Array, float] | None:
 @pytest.mark.parametrize("seed", range(SCENES))
 def test_the_last_look_is_in_the_air_and_in_the_cone(seed: int) -> None:
     """Where arcs of the plain lattice arrive nothing is touched, and gravity is as it was told."""
-    problem, arriving = _scene(seed)
+    problem, arriving = arriving_at(seed)
     assert arriving
     told = _told(_judge(problem))
     if told is None:
@@ -151,14 +87,14 @@ def test_the_last_look_is_in_the_air_and_in_the_cone(seed: int) -> None:
 
 def test_scenes_are_of_both_kinds() -> None:
     """The object touches nothing at some goals, and may at others; all kinds of axes are there."""
-    told = [_told(_judge(_scene(seed)[0])) is not None for seed in range(SCENES)]
+    told = [_told(_judge(arriving_at(seed)[0])) is not None for seed in range(SCENES)]
     assert 0.3 * SCENES < sum(told) < SCENES
 
 
 @pytest.mark.parametrize("seed", range(SCENES))
 def test_no_arc_of_the_plain_lattice_ends_with_a_refused_set(seed: int) -> None:
     """The reference finds that a refused set falls short, or is not free, wherever arcs arrive."""
-    problem, arriving = _scene(seed)
+    problem, arriving = arriving_at(seed)
     judge, rng, everyone = _judge(problem), np.random.default_rng(seed), (0, 1, 2)
     goal_sets, hand, z_min = GoalSets(judge), problem.fingers, problem.mechanics.z_min
     rows = rng.integers(0, len(hand.placements), (50, 3))
@@ -177,23 +113,21 @@ def test_no_arc_of_the_plain_lattice_ends_with_a_refused_set(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(SCENES))
 def test_what_is_free_anywhere_in_the_goal_may_end(seed: int) -> None:
     """A fingertip free at a pose of the goal is never refused, however wide the goal is."""
-    rng, problem = np.random.default_rng(200 + seed), _open(seed)
+    rng, problem = np.random.default_rng(200 + seed), open_air(seed)
     motion = problem.motion
     assert isinstance(motion, FreeMotion)
     low = rng.uniform([-1.0, -0.5, 0.3], [1.0, 0.5, 1.0])
     size = rng.choice([0.0, 0.02, 2.0]) * rng.random(3)
     distance, angle = rng.choice([0.0, 0.01, 0.3]), rng.choice([0.0, 0.02, 1.0, np.pi])
-    goal = PoseGoal(low, low + size, _turn(rng, rng.random() * np.pi), None, distance, angle)
-    judge = _judge(
-        replace(problem, motion=FreeMotion(motion.start, goal, motion.region, motion.steps))
-    )
+    goal = PoseGoal(low, low + size, turn(rng, rng.random() * np.pi), None, distance, angle)
+    judge = _judge(towards(problem, goal))
     may = GoalSets(judge).free()
     assert goal.rotation is not None
     for _ in range(30):
         way = rng.normal(size=3)
         way *= distance * rng.choice([rng.random(), 1.0 - 1e-9]) / np.linalg.norm(way)
         place = low + rng.choice([0.0, 1.0, 0.5], 3) * size + way
-        pose = Pose(_turn(rng, rng.random() * angle) @ goal.rotation, place)
+        pose = Pose(turn(rng, rng.random() * angle) @ goal.rotation, place)
         for i, radius in enumerate(problem.fingers.radius.tolist()):
             centres, piece = judge.centres(i), problem.fingers.placements.piece
             free = judge.scene.free_placements(pose, centres, radius, piece)
@@ -241,16 +175,32 @@ def test_turning_the_world_changes_nothing(change: str) -> None:
 
 def test_a_start_that_is_a_goal_is_no_matter() -> None:
     """A plan that is no motion at all ends wherever it begins, with whatever begins there."""
-    problem = load("tasks/pick-card").problem
+    problem = free_problem(start=(0, 0, 2.0), goal=(0, 0, 2.0), floor=False)
     motion = problem.motion
     assert isinstance(motion, FreeMotion)
-    place = motion.start.position
-    wide = PoseGoal(place, place + np.array([0, 0, 1.0]), motion.start.rotation, None, 1e-3, 0.01)
-    judge = _judge(
-        replace(problem, motion=FreeMotion(motion.start, wide, motion.region, motion.steps))
-    )
-    assert _told(judge) is None
-    assert all(mask.all() for mask in GoalSets(judge).free())
+    for place, told in (([0, 0, 2.0], False), ([0.5, 0, 2.0], True)):
+        goal = PoseGoal(np.array(place), np.array(place), np.eye(3), None, 1e-3, 0.01)
+        judge = _judge(towards(problem, goal))
+        assert (_told(judge) is not None) == told
+
+
+def test_wherever_the_last_look_is() -> None:
+    """Half a segment before any pose of the goal nothing is touched, and gravity is as told."""
+    asked = 0
+    for seed in range(NEAR):
+        problem, rng = near_things(seed), np.random.default_rng(seed)
+        judge = _judge(problem)
+        told, scene = _told(judge), judge.scene
+        if told is None:
+            continue
+        rotations, angle = told
+        for pose in arrivals(problem, rng):
+            asked += 1
+            found = contacts_at(Moment(pose), problem.body, problem.environment)
+            assert not len(found.points) and scene.object_free(pose)
+            off = rotations[:, 2] @ pose.rotation[2]
+            assert np.arccos(np.clip(off, -1.0, 1.0)).min() <= angle + 1e-7
+    assert asked > 10 * NEAR
 
 
 def test_no_set_that_is_refused_is_begun() -> None:
