@@ -90,8 +90,8 @@ def towards(problem: Problem, goal: PoseGoal) -> Problem:
     return replace(problem, motion=there)
 
 
-def near_things(seed: int) -> Problem:
-    """A goal some way over the floor, beside the block; off the family of rotations or in it."""
+def near_things(seed: int, height: float) -> Problem:
+    """A goal so high over the floor, beside the block; off the family of rotations or in it."""
     rng, problem = np.random.default_rng(300 + seed), open_air(seed)
     motion = problem.motion
     assert isinstance(motion, FreeMotion)
@@ -100,8 +100,8 @@ def near_things(seed: int) -> Problem:
         rotation = np.eye(3)
         for axis in rotate:
             rotation = turn(rng, 0.1 * rng.random()) @ rotation_about(axis, rng.uniform(-3, 3))
-    distance, angle = rng.choice([1e-3, 0.05]), rng.choice([0.12, 0.3])
-    place = np.array([rng.uniform(-1.0, 0.3), 0.0, rng.uniform(0.5, 1.3)])
+    distance, angle = rng.choice([1e-3, 0.05, 0.3]), rng.choice([0.12, 0.3])
+    place = np.array([rng.uniform(-1.0, 0.3), 0.0, height])
     size = rng.choice([0.0, 0.0, 0.1]) * rng.random(3)
     return towards(problem, PoseGoal(place, place + size, rotation, None, distance, angle))
 

@@ -14,6 +14,7 @@ from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.aloft import Aloft
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.geometry.pose import rotation_about
+from gm_ompl.mechanics.instant import DIRECTIONS
 from gm_ompl.mechanics.stability import BALANCED
 from gm_ompl.problem import Problem
 from gm_ompl.reference.modes import decide_modes
@@ -95,6 +96,29 @@ def test_z_is_within_the_bound(name: str, changes: tuple[str, ...]) -> None:
         near = backend.environment(_in_the_air(_near(rotations[0], angle, rng)))
         zs = np.maximum(z, backend.margins(np.full(SETS, near), rows, 0.0))
         assert (zs <= bounds + BALANCED * problem.force_scale).all()
+
+
+@pytest.mark.parametrize(("name", "changes"), HANDS)
+def test_no_forces_and_no_load_do_more_work(name: str, changes: tuple[str, ...]) -> None:
+    """Any wrench gives a bound: what forces and loads do along it is no more."""
+    problem, rng = load(name, changes).problem, np.random.default_rng(9)
+    aloft, rows, rotations = _asked(problem)
+    backend = KernelBackend(problem)
+    tips, f_max = backend.tips, problem.fingers.max_normal_force / problem.force_scale
+    wrenches = rng.normal(size=(SETS, 6)) * [1, 1, 1, 5, 5, 5]
+    reach = (wrenches @ DIRECTIONS.T).max(axis=1)
+    middle = backend.columns(backend.environment(_in_the_air(rotations[0])))[1]
+    forces = np.zeros(SETS)
+    for i, limit in enumerate(f_max.tolist()):
+        works = [(column * wrenches).sum(axis=1) for column in tips[i, rows[:, i]].swapaxes(0, 1)]
+        forces += limit * np.max([np.zeros(SETS), *works], axis=0)
+    for angle in (0.0, ANGLE, 1.0):
+        most = aloft._bound(rows, wrenches, middle, angle) * reach
+        for _ in range(40):
+            state = backend.environment(_in_the_air(_near(rotations[0], angle, rng)))
+            work = wrenches @ backend.columns(state)[1] + forces
+            assert (work <= most + 1e-9).all()
+        assert angle or most == pytest.approx(work)
 
 
 def test_without_an_angle_it_says_what_the_kernel_says() -> None:
