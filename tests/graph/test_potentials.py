@@ -55,6 +55,7 @@ L_SHAPED = (
     "object.shape={pieces: [{box: {min: [0, 0, 0], max: [3, 2, 1]}},"
     " {box: {min: [0, 0.5, 1], max: [1, 2, 3]}}]}",
     "motion.start.position=[-2.5, 0, rest]",
+    "motion.goal.position=[0.5, 0, 2.4]",
     "motion.free.translate=[x, y, z]",
     ASIDE,
     f"{BLOCK}box={{min: [-1.2, 0.9166666667, 0], max: [1.5, 3, 1.5]}}",
