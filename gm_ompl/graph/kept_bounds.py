@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -54,8 +55,8 @@ def turning_axis(problem: Problem) -> int | None:
     both = set(plane) <= set(motion.steps.translate)
     R, near = motion.start.rotation, (problem.environment.contact_tolerance + SLACK) * D
     fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
-    upright = all(_along_or_across(p.face_normals @ R[axis]) for p in problem.body.pieces)
-    level = all(_along_or_across(p.face_normals) for p in fixed)
+    upright = all(_is_along(p.face_normals @ R.T, (axis,)) for p in problem.body.pieces)
+    level = all(_is_along(p.face_normals, plane) for p in fixed)
     own = [_reach(p.vertices @ R[axis] + low) for p in problem.body.pieces]
     beside = all(
         abs(max(a[0] - b[1], b[0] - a[1])) > near + (high - low)
@@ -68,9 +69,10 @@ def turning_axis(problem: Problem) -> int | None:
     return axis if upright and level and told else None
 
 
-def _along_or_across(parts: Array) -> bool:
-    """Whether components of unit vectors are all 0, 1 or -1."""
-    return bool(((np.abs(parts) <= LEVEL) | (np.abs(parts) >= 1.0 - LEVEL)).all())
+def _is_along(normals: Array, axes: Sequence[int]) -> bool:
+    """Whether unit vectors (n, 3) all lie along each of the world's axes or across it."""
+    parts = np.abs(normals) <= LEVEL
+    return all((parts[:, k] | np.delete(parts, k, axis=1).all(axis=1)).all() for k in axes)
 
 
 def _reach(heights: Array) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from gm_ompl.reference.modes import decide_modes
 from gm_ompl.scenario.load import load
 from gm_ompl.scenario.scenario import Scenario
 from tests.free_laws import CHANGES, square
-from tests.free_scenes import free_problem, up_to_a_wall
+from tests.free_scenes import box_between, free_problem, up_to_a_wall
 from tests.goals_near import arrivals, arriving_at, near_things, open_air, towards, turn
 from tests.kept import kept, lanes
 
@@ -137,7 +137,11 @@ def test_what_is_free_anywhere_in_the_goal_may_end(seed: int) -> None:
 def test_a_goal_as_wide_as_what_stands_in_it() -> None:
     """Where a goal's middle is inside a wall plans end before that, at the best cost."""
     low, high = np.array([0.5, 0.0, 0.5]), np.array([4.0, 0.0, 0.5])
-    problem = up_to_a_wall(goal=PoseGoal(low, high, np.eye(3), None, 1e-3, 0.01))
+    problem = up_to_a_wall(
+        goal=PoseGoal(low, high, np.eye(3), None, 1e-3, 0.01),
+        obstacles={"wall": box_between([1.3, -5, 0], [3.3, 5, 0.9])},
+        cost={"regrasp": 10, "stability": 0.5},
+    )
     other = lanes(problem)
     assert other.cost is not None and other.optimal
     assert kept(problem).cost == pytest.approx(other.cost, rel=1e-9)

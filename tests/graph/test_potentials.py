@@ -125,6 +125,10 @@ def test_no_arc_outruns_a_potential(name: str, changes: tuple[str, ...]) -> None
     assert gained > 0.0
 
 
+TILTED = [  # its ends, by 2e-5
+    [x, y + (2e-5 * (0.6 * x + 0.8 * z) if y > 0 else 0.0), z]
+    for x in (-1.7, 1.7) for y in (-1.7, 1.7) for z in (-0.5, 0.5)
+]  # fmt: skip
 PIN = "{min: [-1.701, 1.7, 0.499], max: [-1.699, 3, 0.501]}"
 LEFT = (
     (ASIDE, "motion.free.translate=[x, y]", BESIDE),  # along the block's edges at its end
@@ -132,6 +136,7 @@ LEFT = (
     ("motion.free.rotate=[x, y]",),
     ("motion.free.rotate=[z]",),  # and slides on the floor, z not being listed
     (f"{BLOCK}box={PIN}", "mechanics.contact_tolerance=1e-3"),  # a lone point amid its end
+    (f"object.shape={{hull: {TILTED}}}", ASIDE, f"{BLOCK}box={{min: [-1, 2, 0.5], max: [1.5, 3, 1.5]}}"),
     (f"{BLOCK}box={{min: [0, -3, -1], max: [1.5, 3, -0.5]}}",
      f"{BLOCK}rotation={{axis: [0, 1, 0], angle: 10 deg}}"),  # a slope
 )  # fmt: skip
