@@ -136,7 +136,8 @@ LEFT = (
     ("motion.free.rotate=[x, y]",),
     ("motion.free.rotate=[z]",),  # and slides on the floor, z not being listed
     (f"{BLOCK}box={PIN}", "mechanics.contact_tolerance=1e-3"),  # a lone point amid its end
-    (f"object.shape={{hull: {TILTED}}}", ASIDE, f"{BLOCK}box={{min: [-1, 2, 0.5], max: [1.5, 3, 1.5]}}"),
+    (f"object.shape={{hull: {TILTED}}}", ASIDE,
+     f"{BLOCK}box={{min: [-1, 2, 0.5], max: [1.5, 3, 1.5]}}"),
     (f"{BLOCK}box={{min: [0, -3, -1], max: [1.5, 3, -0.5]}}",
      f"{BLOCK}rotation={{axis: [0, 1, 0], angle: 10 deg}}"),  # a slope
 )  # fmt: skip
