@@ -91,8 +91,9 @@ def test_z_is_within_the_bound(name: str, changes: tuple[str, ...]) -> None:
     middle = backend.environment(_in_the_air(rotations[0]))
     z = backend.margins(np.full(SETS, middle), rows, 0.0)
     load_ = backend.columns(middle)[1]
+    wrenches = aloft._decide(rows, load_)
     for angle in (0.0, ANGLE, 1.0, 4.0):
-        bounds = aloft._bounds(rows, load_, angle) * problem.force_scale
+        bounds = aloft._bounds(rows, wrenches, load_, angle) * problem.force_scale
         near = backend.environment(_in_the_air(_near(rotations[0], angle, rng)))
         zs = np.maximum(z, backend.margins(np.full(SETS, near), rows, 0.0))
         assert (zs <= bounds + BALANCED * problem.force_scale).all()
@@ -113,7 +114,7 @@ def test_no_forces_and_no_load_do_more_work(name: str, changes: tuple[str, ...])
         works = [(column * wrenches).sum(axis=1) for column in tips[i, rows[:, i]].swapaxes(0, 1)]
         forces += limit * np.max([np.zeros(SETS), *works], axis=0)
     for angle in (0.0, ANGLE, 1.0):
-        most = aloft._bound(rows, wrenches, middle, angle) * reach
+        most = aloft._bounds(rows, wrenches, middle, angle) * reach
         for _ in range(40):
             state = backend.environment(_in_the_air(_near(rotations[0], angle, rng)))
             work = wrenches @ backend.columns(state)[1] + forces
