@@ -53,8 +53,8 @@ def test_of_shipped_tasks(name: str, every: int, start: int, free: int, end: int
     all_, both = _sets(judge)
     assert (len(all_), len(both)) == (start, free)
     may = GoalSets(judge).may_end(both[::every])
-    # Wrenches that prove as much differ with rounding, and so does what they say of others.
-    assert every * may.sum() == pytest.approx(end, rel=0.002 if every == 1 else 0.05)
+    # Wrenches that prove as much of one set differ in what they say of others.
+    assert every * may.sum() == pytest.approx(end, rel=0.01 if every == 1 else 0.05)
 
 
 def _judge(problem: Problem) -> Judge:
