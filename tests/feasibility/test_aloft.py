@@ -122,6 +122,22 @@ def test_no_forces_and_no_load_do_more_work(name: str, changes: tuple[str, ...])
         assert angle or most == pytest.approx(work)
 
 
+@pytest.mark.parametrize(("name", "changes"), HANDS)
+def test_wrenches_bound_others_as_their_own(name: str, changes: tuple[str, ...]) -> None:
+    """Tried on all sets at once they rule out those whose least bound, one by one, is too small."""
+    problem, rng = load(name, changes).problem, np.random.default_rng(10)
+    aloft, rows, rotations = _asked(problem)
+    backend = KernelBackend(problem)
+    middle = backend.columns(backend.environment(_in_the_air(rotations[0])))[1]
+    wrenches = rng.normal(size=(40, 6)) * [1, 1, 1, 5, 5, 5]
+    each = [aloft._bounds(rows, np.tile(y, (SETS, 1)), middle, ANGLE) for y in wrenches]
+    least, short = np.min(each, axis=0), list[IntArray]()
+    aloft._least = float(np.median(least)) + 1e-9
+    left = aloft._without(rows, np.arange(SETS), wrenches, (middle, ANGLE), short)
+    assert left.tolist() == np.flatnonzero(least >= aloft._least).tolist()
+    assert sorted(np.concatenate(short)) == np.flatnonzero(least < aloft._least).tolist()
+
+
 def test_without_an_angle_it_says_what_the_kernel_says() -> None:
     """Sets that only the modes rule out, as forces could build up, are left; all others are not."""
     problem = load("tasks/pick-card").problem
