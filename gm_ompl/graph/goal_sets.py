@@ -12,9 +12,11 @@ from typing import Final, NamedTuple, final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.contact.poses import SAME
 from gm_ompl.feasibility.aloft import Aloft
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.geometry.collision import EXACT
 from gm_ompl.geometry.pose import Pose, rotation_about
 from gm_ompl.motion.arc import INSIDE
 from gm_ompl.motion.free import SLACK, FreeMotion, angle_between
@@ -63,8 +65,11 @@ class GoalSets:
             if radius not in masks:
                 centres, piece = judge.centres(i), hand.placements.piece
                 far = float(np.linalg.norm(centres, axis=1).max(initial=0.0))
-                least = max(radius - self._off - turned * far, 0.0)
-                masks[radius] = judge.scene.free_placements(self._pose, centres, least, piece)
+                least = radius - self._off - turned * far
+                # No more than that is left of the fingertip: nothing, and all of it is elsewhere.
+                masks[radius] = np.ones(len(centres), dtype=bool)
+                if least > EXACT * judge.problem.body.diagonal:
+                    masks[radius] = judge.scene.free_placements(self._pose, centres, least, piece)
         return tuple(masks[radius] for radius in hand.radius.tolist())
 
     def may_end(self, rows: IntArray) -> BoolArray:
@@ -84,8 +89,9 @@ class GoalSets:
         assert self._pose is not None and self._turns is not None
         half, D = self._half_a_segment(), problem.body.diagonal
         far = float(np.linalg.norm(problem.body.vertices, axis=1).max())
-        # Lines of contact are off the object by no more than the contact tolerance.
-        near, steps = problem.environment.contact_tolerance * D, motion.steps
+        # Lines of contact are off the object by no more than the contact tolerance; a node stands
+        # for all poses near it.
+        near, steps = (problem.environment.contact_tolerance + SAME) * D, motion.steps
         way = half * max(steps.translation, steps.rotation * (far + near))
         room = motion.region[1] - motion.region[0] + 2.0 * SLACK * D
         shifts = self._off + near + np.minimum(way, room) + far * self._turns.sway(half)
@@ -145,11 +151,12 @@ def _turns(motion: FreeMotion, goal: Array) -> _Turns:
     if axes is not None and not len(axes):
         return _Turns(start, UP, 0.0, 0.0)
     if axes is None or (np.abs(axes @ axes[0]) < 1.0 - PARALLEL).any():
-        return _Turns(goal, None, motion.goal.angle, steps.rotation)
+        return _Turns(goal, None, motion.goal.angle + SAME, steps.rotation)
     axis, turn = axes[0], goal @ start.T
     # The angle about the axis that comes nearest to the goal.
     twice = turn - turn.T
     sine = float(axis @ np.array([twice[2, 1], twice[0, 2], twice[1, 0]]))
-    angle = math.atan2(sine, float(np.trace(turn) - axis @ turn @ axis))
-    centre = rotation_about(axis, angle) @ start
-    return _Turns(centre, axis, motion.goal.angle + angle_between(centre, goal), steps.rotation)
+    nearest = math.atan2(sine, float(np.trace(turn) - axis @ turn @ axis))
+    centre = rotation_about(axis, nearest) @ start
+    angle = motion.goal.angle + angle_between(centre, goal) + SAME
+    return _Turns(centre, axis, angle, steps.rotation)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -38,7 +39,8 @@ def turning_axis(problem: Problem) -> int | None:
 
     The object's faces lie along that axis or across it, obstacles' faces along the world's axes.
     Where it slides along its ends, on what they touch, both axes of the plane must be listed: then
-    the ends' contact lines offer nothing else. None where that is not so.
+    the ends' contact lines offer nothing else, nor do lone points but on the outline. None where
+    that is not so.
     """
     motion, D = problem.motion, problem.body.diagonal
     if not isinstance(motion, FreeMotion) or motion.steps.rotate is None:
@@ -49,23 +51,28 @@ def turning_axis(problem: Problem) -> int | None:
     low, high = motion.region[:, axis]
     if not one:
         return None
-    both = {(axis + 1) % 3, (axis + 2) % 3} <= set(motion.steps.translate)
+    plane = [(axis + 1) % 3, (axis + 2) % 3]
+    both = set(plane) <= set(motion.steps.translate)
     R, near = motion.start.rotation, (problem.environment.contact_tolerance + SLACK) * D
     fixed = [piece for o in problem.environment.obstacles for piece in o.body.pieces]
-    upright = all(_along_or_across(p.face_normals @ R[axis]) for p in problem.body.pieces)
-    level = all(_along_or_across(p.face_normals) for p in fixed)
+    upright = all(_is_along(p.face_normals @ R.T, (axis,)) for p in problem.body.pieces)
+    level = all(_is_along(p.face_normals, plane) for p in fixed)
     own = [_reach(p.vertices @ R[axis] + low) for p in problem.body.pieces]
     beside = all(
         abs(max(a[0] - b[1], b[0] - a[1])) > near + (high - low)
         for a in own
         for b in (_reach(p.vertices[:, axis]) for p in fixed)
     )
-    return axis if upright and level and (both or (beside and axis != 2)) else None
+    # What is narrower may count as a lone point, on an end wherever it likes.
+    wide = all(np.ptp(p.vertices[:, plane], axis=0).max() > 2.0 * near for p in fixed)
+    told = (both and wide) or (beside and (both or axis != 2))
+    return axis if upright and level and told else None
 
 
-def _along_or_across(parts: Array) -> bool:
-    """Whether components of unit vectors are all 0, 1 or -1."""
-    return bool(((np.abs(parts) <= LEVEL) | (np.abs(parts) >= 1.0 - LEVEL)).all())
+def _is_along(normals: Array, axes: Sequence[int]) -> bool:
+    """Whether unit vectors (n, 3) all lie along each of the world's axes or across it."""
+    parts = np.abs(normals) <= LEVEL
+    return all((parts[:, k] | np.delete(parts, k, axis=1).all(axis=1)).all() for k in axes)
 
 
 def _reach(heights: Array) -> tuple[float, float]:

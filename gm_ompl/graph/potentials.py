@@ -139,14 +139,13 @@ def _over(length: float, arm: float) -> float:
 
 
 @inlined
-def _pull(x: float, z: float, slope: float) -> tuple[float, float]:
-    """Return the y that takes y . (x, z), both >= 0, farthest: |y| <= ``slope``, its parts <= 1."""
+def _gain(x: float, z: float, slope: float) -> float:
+    """Return the most y . (x, z), both >= 0, of |y| <= ``slope``, each of its parts <= 1."""
     more, less = max(x, z), min(x, z)
-    length = max(np.sqrt(x * x + z * z), 1e-300)
+    length = np.sqrt(x * x + z * z)
     if slope * more <= length:
-        return slope * x / length, slope * z / length
-    second = min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))) if less > 0.0 else 0.0
-    return (1.0, second) if x >= z else (second, 1.0)
+        return float(slope * length)
+    return float(more + less * min(1.0, np.sqrt(max(slope * slope - 1.0, 0.0))))
 
 
 @lean
@@ -172,20 +171,19 @@ def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) 
         if slope == 0.0 and rate == 0.0:
             continue
         here_x, here_z = x + cos * o_x - sin * o_z, z + sin * o_x + cos * o_z
-        there_x, there_z = 0.0, 0.0
+        there_x, there_z, off_x, off_z, slack = 0.0, 0.0, 0.0, 0.0, target.distance
         if target.turned:
             there_x, there_z = goal_cos * o_x - goal_sin * o_z, goal_sin * o_x + goal_cos * o_z
-        before_x, past_x = target.low[0] + there_x - here_x, here_x - target.high[0] - there_x
-        before_z, past_z = target.low[1] + there_z - here_z, here_z - target.high[1] - there_z
-        way_x, way_z = max(0.0, before_x, past_x), max(0.0, before_z, past_z)
-        y_x, y_z = _pull(way_x, way_z, slope)
-        gain = y_x * way_x + y_z * way_z - slope * target.distance
-        y_x, y_z = (y_x if before_x > past_x else -y_x), (y_z if before_z > past_z else -y_z)
-        if target.turned and target.angle <= 0.5 * np.pi:  # o ends elsewhere, turned a bit
-            gain -= abs(y_x * there_z - y_z * there_x) * across
-            gain -= abs(y_x * there_x + y_z * there_z) * along
+        if target.turned and target.angle <= 0.5 * np.pi:
+            # Turned a bit o ends elsewhere: in a box, so that no arc outruns what is left to it.
+            off_x = abs(there_z) * across + abs(there_x) * along
+            off_z = abs(there_x) * across + abs(there_z) * along
         else:
-            gain -= slope * np.sqrt(o_x * o_x + o_z * o_z) * (2.0 if target.turned else 1.0)
+            slack += np.sqrt(o_x * o_x + o_z * o_z) * (2.0 if target.turned else 1.0)
+        there_x, there_z = there_x - here_x, there_z - here_z
+        way_x = max(0.0, target.low[0] + there_x - off_x, -target.high[0] - there_x - off_x)
+        way_z = max(0.0, target.low[1] + there_z - off_z, -target.high[1] - there_z - off_z)
+        gain = _gain(way_x, way_z, slope) - slope * slack
         best = max(best, max(0.0, gain) + rate * left)
     return best
 

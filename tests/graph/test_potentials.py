@@ -36,7 +36,50 @@ ALOFT = (  # it turns about its middle, in chords as long as they get
     "fingers.placements.grid=[1, 1]",
     "cost.samples_at=ends",
 )
+ASIDE = "motion.free.region.y=[-1, 1]"
+BESIDE = f"{BLOCK}box={{min: [-1, 1.7, 0.5], max: [1.5, 3, 1.5]}}"
+PLAN = (  # seen from above
+    "motion.free.region={x: [-3, 3], y: [-3, 3], z: [0, 3]}",
+    "motion.free.rotate=[z]",
+    "motion.start.position=[-1.7, 0, rest]",
+    "motion.goal={position: [1.5, 1, rest], yaw: 90 deg}",
+)
+HELD = (  # between plates at its ends, one of which has but a corner of it
+    ASIDE,
+    "motion.free.translate=[x, y, z]",
+    f"{BLOCK}box={{min: [-0.5, 1.7, 0.4], max: [3, 3, 2]}}",
+    "environment.obstacles.other={box: {min: [-5, -3, 0.8], max: [-3, -1.7, 2]}}",
+    "environment.obstacles.third={box: {min: [-2, -3, -1], max: [-1, -1.7, 0.5]}}",
+)
+L_SHAPED = (
+    "object.shape={pieces: [{box: {min: [0, 0, 0], max: [3, 2, 1]}},"
+    " {box: {min: [0, 0.5, 1], max: [1, 2, 3]}}]}",
+    "motion.start.position=[-2.5, 0, rest]",
+    "motion.goal.position=[0.5, 0, 2.4]",
+    "motion.free.translate=[x, y, z]",
+    ASIDE,
+    f"{BLOCK}box={{min: [-1.2, 0.9166666667, 0], max: [1.5, 3, 1.5]}}",
+)
 PLANAR = (
+    ("tasks/peg-thin-fingers", ()),
+    ("tasks/corner-pivot", (ASIDE,)),
+    ("tasks/corner-pivot", (ASIDE, "motion.free.translate=[x, y, z]")),
+    ("tasks/corner-pivot", (BESIDE,)),
+    ("tasks/corner-pivot", (BESIDE, ASIDE, "motion.free.translate=[x, y, z]")),
+    ("tasks/corner-pivot", (BESIDE, "mechanics.contact_tolerance=1e-3")),
+    ("tasks/corner-pivot", HELD),
+    ("tasks/corner-pivot", L_SHAPED),
+    ("tasks/corner-pivot", (*PLAN, "motion.free.translate=[x, y]")),
+    ("tasks/corner-pivot", (*PLAN, "motion.free.translate=[x, y, z]")),
+    (
+        "tasks/corner-pivot",
+        (
+            *PLAN,
+            "motion.free.translate=[x, y, z]",
+            *L_SHAPED[:1],
+            f"{BLOCK}box={{min: [0, -3, 0.5], max: [1, -1.5, 3]}}",
+        ),
+    ),
     ("tasks/corner-pivot", LEANING),
     ("tasks/ledge", ()),
     ("tasks/pick-card-soft", ALOFT),
@@ -82,13 +125,19 @@ def test_no_arc_outruns_a_potential(name: str, changes: tuple[str, ...]) -> None
     assert gained > 0.0
 
 
+TILTED = [  # its ends, by 2e-5
+    [x, y + (2e-5 * (0.6 * x + 0.8 * z) if y > 0 else 0.0), z]
+    for x in (-1.7, 1.7) for y in (-1.7, 1.7) for z in (-0.5, 0.5)
+]  # fmt: skip
+PIN = "{min: [-1.701, 1.7, 0.499], max: [-1.699, 3, 0.501]}"
 LEFT = (
-    ("motion.free.region.y=[-1, 1]",),
+    (ASIDE, "motion.free.translate=[x, y]", BESIDE),  # along the block's edges at its end
+    ("motion.free.translate=[z]", BESIDE),
     ("motion.free.rotate=[x, y]",),
-    ("motion.free.rotate=[z]",),
-    (f"{BLOCK}box={{min: [0, 1.7, 0], max: [1.5, 3, 1.5]}}",),  # beside the object's end
-    ("mechanics.contact_tolerance=1e-3",
-     f"{BLOCK}box={{min: [0, 1.703, 0], max: [1.5, 3, 1.5]}}"),  # so near that it touches
+    ("motion.free.rotate=[z]",),  # and slides on the floor, z not being listed
+    (f"{BLOCK}box={PIN}", "mechanics.contact_tolerance=1e-3"),  # a lone point amid its end
+    (f"object.shape={{hull: {TILTED}}}", ASIDE,
+     f"{BLOCK}box={{min: [-1, 2, 0.5], max: [1.5, 3, 1.5]}}"),
     (f"{BLOCK}box={{min: [0, -3, -1], max: [1.5, 3, -0.5]}}",
      f"{BLOCK}rotation={{axis: [0, 1, 0], angle: 10 deg}}"),  # a slope
 )  # fmt: skip

@@ -93,7 +93,7 @@ def test_what_a_limit_ends_tells_its_time() -> None:
     """Where nothing was found yet, the time that was spent is told all the same."""
     problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
     with mock.patch.object(Closure, "to_goal", side_effect=LimitError("enough")):
-        found = searched(problem, mock.Mock())
+        found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
     assert found.statistics["ended_by"] == "enough"
     assert found.statistics["time_s"] > 0.0
 
@@ -190,6 +190,14 @@ def test_lanes_that_rest_are_not_asked_again() -> None:
         found, turns = in_turns(problem, Budget())
     assert found.cost == pytest.approx(cheapest.cost, rel=1e-9) and found.optimal
     assert turns < 1000
+
+
+def test_plans_without_regrasping_are_searched_for_first() -> None:
+    """Where they have the proof at once no lane is asked for."""
+    problem = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem
+    found, turns = in_turns(problem, Budget())
+    assert found.optimal and found.cost == pytest.approx(kept(problem).cost, rel=1e-9)
+    assert turns == 0
 
 
 def test_lanes_go_on_where_the_other_search_is_done() -> None:
