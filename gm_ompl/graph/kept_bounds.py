@@ -138,7 +138,7 @@ class PlanarBounds:
         delta = longest * motion.steps.rotation / problem.cost.samples_per_arc
         self._kappa = math.sin(delta / 2.0) / (delta / 2.0)
         self._steepest = 1.0 if leans(problem, axis) else float(SLOPES[-1])
-        self.target = self._target(motion.goal)
+        self._goal, self.target = motion.goal, self._target(motion.goal)
 
     def _shown(self, judge: Judge) -> Outline:
         problem = judge.problem
@@ -166,19 +166,25 @@ class PlanarBounds:
         return turns
 
     def _target(self, goal: PoseGoal) -> PlaneGoal:
-        turned = goal.rotation is not None
         turn = 0.0 if goal.rotation is None else float(self._turns(goal.rotation))
-        low, high = goal.low[self._plane], goal.high[self._plane]
-        return PlaneGoal(low, high, turned, turn, goal.distance, goal.angle)
+        where = goal.low[self._plane], goal.high[self._plane], goal.rotation is not None
+        across = math.sin(min(goal.angle, math.pi / 2.0))
+        along = 1.0 - math.cos(min(goal.angle, math.pi))
+        return PlaneGoal(*where, math.cos(turn), math.sin(turn), goal.distance, across, along)
 
     def places(self, rotations: Array, positions: Array) -> Array:
-        """Return where the plane shows the centre of mass, and how far the object is turned.
+        """Return how the plane shows poses (N, 5), as ``potential`` has it.
 
         Args:
             rotations: (N, 3, 3), of the object.
             positions: (N, 3), of its centre of mass.
         """
-        return np.column_stack([positions[:, self._plane], self._turns(rotations)])
+        turns, left = self._turns(rotations), np.zeros(len(rotations))
+        if self._goal.rotation is not None:
+            off = self._turns(self._goal.rotation) - turns
+            off = np.abs(np.arctan2(np.sin(off), np.cos(off)))
+            left = np.maximum(off - self._goal.angle, 0.0)
+        return np.column_stack([positions[:, self._plane], np.cos(turns), np.sin(turns), left])
 
     def potentials(self, rows: IntArray) -> Array:
         """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n).

@@ -48,7 +48,7 @@ MOST_SETS: Final = 1_000_000
 SET_BYTES: Final = 1000.0
 """What is held for a set, at first."""
 
-NOWHERE = PlaneGoal(np.zeros(2), np.zeros(2), False, 0.0, 0.0, 0.0)
+NOWHERE = PlaneGoal(np.zeros(2), np.zeros(2), False, 1.0, 0.0, 0.0, 0.0, 0.0)
 """A target that no potential is asked for."""
 
 
@@ -105,7 +105,7 @@ class KeptGraph:
         self.tables = KeptTables(
             KeptSets(rows, shapes, *flags, kept, target),
             no_floor(S) if self._floor is None else self._floor.table,
-            Poses(np.zeros((0, 3)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS, NO_ROWS),
+            Poses(np.zeros((0, 5)), np.zeros(0, dtype=bool), NO_ROWS, NO_ROWS, NO_ROWS),
             BodyPoses(*self._graph.bodies()), GoalDistance.together(goals),
             no_arcs(F, P, parts),
             new_book(max(1024, 2 * S), 1 << 16),

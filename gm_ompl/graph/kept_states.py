@@ -91,8 +91,7 @@ def ahead(pose: int, hand: int, tables: KeptTables) -> float:
     if row >= 0 and attitude >= 0:
         most = max(most, _left_on_floor(row, attitude, R, p, tables.floor))
     if hands.known[hand]:
-        x, z, turn = places[pose, 0], places[pose, 1], places[pose, 2]
-        most = max(most, potential(hands.potentials[hand], x, z, turn, hands.target))
+        most = max(most, potential(hands.potentials[hand], places[pose], hands.target))
     return float(most)
 
 

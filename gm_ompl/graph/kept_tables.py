@@ -68,7 +68,7 @@ class Poses(NamedTuple):
     """Poses that were met.
 
     Attributes:
-        places: (V, 3), as ``potential`` has it.
+        places: (V, 5), as ``potential`` has it.
         goal: (V,), whether the object has arrived.
         first: (V,), the first arc that leaves it; -1 where its arcs are not known.
         past: (V,), the arc past its last.

@@ -38,17 +38,22 @@ class PlaneGoal(NamedTuple):
         low: (2,), least coordinates of the centre of mass.
         high: (2,), greatest.
         turned: whether the rotation is given.
-        turn: by how much the object must be turned from its own frame [rad].
+        cos: of the angle by which the object must be turned from its own frame.
+        sin: likewise.
         distance: how far the centre of mass may be from there.
-        angle: by how much the object may be turned from there [rad].
+        across: how far a point at arm 1 may be from there at right angles to the arm, as the object
+            may be turned from there.
+        along: likewise, along the arm.
     """
 
     low: Array
     high: Array
     turned: bool
-    turn: float
+    cos: float
+    sin: float
     distance: float
-    angle: float
+    across: float
+    along: float
 
 
 STEPS: Final = 7
@@ -149,37 +154,30 @@ def _gain(x: float, z: float, slope: float) -> float:
 
 
 @lean
-def potential(found: Array, x: float, z: float, turn: float, target: PlaneGoal) -> float:
+def potential(found: Array, place: Array, target: PlaneGoal) -> float:
     """Return the best lower bound on what is left to travel.
 
     Args:
         found: (POTENTIALS, 4).
-        x: where the centre of mass is.
-        z: likewise.
-        turn: by how much the object is turned [rad].
+        place: (5,), where the centre of mass is, cosine and sine of how far the object is turned,
+            and the angle that it must still turn at least [rad].
         target: where it must end.
     """
-    cos, sin, best, left = np.cos(turn), np.sin(turn), 0.0, 0.0
-    goal_cos, goal_sin = np.cos(target.turn), np.sin(target.turn)
-    most = min(target.angle, 0.5 * np.pi)
-    across, along = np.sin(most), 1.0 - np.cos(most)
-    if target.turned:
-        off = target.turn - turn
-        left = max(0.0, abs(np.arctan2(np.sin(off), np.cos(off))) - target.angle)
+    x, z, cos, sin, left, best = place[0], place[1], place[2], place[3], place[4], 0.0
     for k in range(len(found)):
         o_x, o_z, slope, rate = found[k, 0], found[k, 1], found[k, 2], found[k, 3]
         if slope == 0.0 and rate == 0.0:
             continue
         here_x, here_z = x + cos * o_x - sin * o_z, z + sin * o_x + cos * o_z
-        there_x, there_z, off_x, off_z, slack = 0.0, 0.0, 0.0, 0.0, target.distance
+        there_x, there_z, slack = 0.0, 0.0, target.distance
         if target.turned:
-            there_x, there_z = goal_cos * o_x - goal_sin * o_z, goal_sin * o_x + goal_cos * o_z
-        if target.turned and target.angle <= 0.5 * np.pi:
-            # Turned a bit o ends elsewhere: in a box, so that no arc outruns what is left to it.
-            off_x = abs(there_z) * across + abs(there_x) * along
-            off_z = abs(there_x) * across + abs(there_z) * along
+            there_x = target.cos * o_x - target.sin * o_z
+            there_z = target.sin * o_x + target.cos * o_z
         else:
-            slack += np.sqrt(o_x * o_x + o_z * o_z) * (2.0 if target.turned else 1.0)
+            slack += np.sqrt(o_x * o_x + o_z * o_z)
+        # Turned a bit o ends elsewhere: in a box, so that no arc outruns what is left to it.
+        off_x = abs(there_z) * target.across + abs(there_x) * target.along
+        off_z = abs(there_x) * target.across + abs(there_z) * target.along
         there_x, there_z = there_x - here_x, there_z - here_z
         way_x = max(0.0, target.low[0] + there_x - off_x, -target.high[0] - there_x - off_x)
         way_z = max(0.0, target.low[1] + there_z - off_z, -target.high[1] - there_z - off_z)

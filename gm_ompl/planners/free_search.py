@@ -24,7 +24,7 @@ from gm_ompl.planners.planner import Report, SearchResult, Status
 from gm_ompl.problem import Problem
 
 TURN: Final = 5.0
-"""The first turn of lanes [s]."""
+"""A turn of lanes is no shorter [s]."""
 
 PER_SECOND: Final = 2000
 """Where iterations are limited so many count as a second: then turns fall the same every time."""
@@ -32,7 +32,7 @@ PER_SECOND: Final = 2000
 FEW_NODES: Final = 4000
 """Where these may have the proof, larger parts of the object graph are not searched over lanes."""
 
-SHARE: Final = 3.0
+SHARE: Final = 5.0
 """Plans without regrasping get so many times the time of lanes."""
 
 BUILDING: Final = 2.0
@@ -85,7 +85,7 @@ class FreeSearch:
         """Let lanes have a turn; whether that is all."""
         before, turn, self._paused = self._now(), math.inf, False
         if self._kept is not None and not self._kept.done:
-            turn = max(TURN, self._taken[1] / SHARE)
+            turn = max(TURN, self._taken[1] / SHARE - self._taken[0])
 
         def pause() -> bool:
             self._asked += 1
@@ -182,8 +182,8 @@ class FreeSearch:
         kept, cost = self._kept, self._result.cost
         if kept is None:
             return False
-        share = SHARE * (self._taken[0] + self._due)
-        most = math.inf if self._resting else max(SHARE * TURN, share)
+        share = SHARE * (self._taken[0] + max(TURN, self._due))
+        most = math.inf if self._resting else share
         while self._taken[1] < most and not kept.done:
             before, expanded = self._now(), kept.expanded
             self._log.meter.elsewhere = int(self._counts[:, 0].sum())

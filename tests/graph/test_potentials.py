@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gm_ompl import limits
+from gm_ompl.arrays import Array
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -93,10 +94,10 @@ PLANAR = (
 )
 
 
-def _place(bounds: PlanarBounds, pose: Pose) -> tuple[float, float, float]:
+def _place(bounds: PlanarBounds, pose: Pose) -> Array:
     """Return one row of ``places``."""
-    x, z, turn = bounds.places(pose.rotation[None], pose.position[None])[0].tolist()
-    return x, z, turn
+    place: Array = bounds.places(pose.rotation[None], pose.position[None])[0]
+    return place
 
 
 @pytest.mark.parametrize(("name", "changes"), PLANAR)
@@ -116,9 +117,7 @@ def test_no_arc_outruns_a_potential(name: str, changes: tuple[str, ...]) -> None
         for arc in arcs:
             there = _place(bounds, graph.pose(arc.head))
             for own, centres in zip(found, tips, strict=True):
-                fallen = potential(own, *here, bounds.target) - potential(
-                    own, *there, bounds.target
-                )
+                fallen = potential(own, here, bounds.target) - potential(own, there, bounds.target)
                 travel = float(arc.lengths(centres).sum(axis=1).max())
                 assert fallen <= travel + 1e-7 * problem.body.diagonal
                 gained = max(gained, fallen)
