@@ -75,6 +75,7 @@ class KeptGraph:
         tables: what compiled code goes by; others once they have grown. Poses have the numbers of
             the object's nodes.
         goal_sets: what the goal asks of sets.
+        full: whether there is no memory for more states.
     """
 
     def __init__(self, judge: Judge) -> None:
@@ -111,7 +112,7 @@ class KeptGraph:
             new_book(max(1024, 2 * S), 1 << 16),
             Prices(problem.cost.stability, problem.z_floor),
         )  # fmt: skip
-        self._taken_in = TakenIn(0, 0, 0)
+        self._taken_in, self.full = TakenIn(0, 0, 0), False
         self._meet()
         self._see(np.array([START]))
         self._orbits = Orbits(problem, rows)
@@ -142,8 +143,9 @@ class KeptGraph:
     def open_images(self, hand: int) -> None:
         """Open a set's mirror images at the start: it does not stand for them after all."""
         new = self._orbits.take(hand)
-        self._make_room(len(new))
-        begin(new, self.tables)
+        self.full = not self._has_room(len(new))
+        if not self.full:
+            begin(new, self.tables)
 
     def follow(self, which: IntArray, limit: float) -> None:
         """Follow the arcs from states, up to plans of a bound of at most ``limit``."""
@@ -152,7 +154,9 @@ class KeptGraph:
         poses = self.tables.poses
         most = int((poses.past[of] - poses.first[of]).max(initial=0))
         while len(which):
-            self._make_room(most)
+            self.full = not self._has_room(most)
+            if self.full:
+                break
             which = which[expand(which, limit, self.tables) :]
 
     def _prepare(self, of: IntArray) -> None:
@@ -194,25 +198,25 @@ class KeptGraph:
             hands.alive[sets[may][bounds == np.inf]] = False
         return which[book.key[which] <= limit]
 
-    def _make_room(self, coming: int) -> None:
-        """Make room for more states, and for the margins that are asked for."""
+    def _has_room(self, coming: int) -> bool:
+        """Whether there is room for more states, and for the margins that are asked for."""
         book = self.tables.book
         states, asked = int(book.counts[STATES]), int((book.asks != EMPTY).sum())
         room, slots = len(book.cost), len(book.asks)
         if states + coming <= room and 2 * (asked + ASKS) <= slots:
-            return
+            return True
         room = room if states + coming <= room else 2 * (states + coming)
         while 2 * (asked + ASKS) > slots:
             slots *= 2
-        limits.claim(
-            80.0 * room + 16.0 * slots, f"{states:,} states", "use fewer fingers.placements"
-        )
+        if not limits.fits(80.0 * room + 16.0 * slots):
+            return False
         grown = new_book(room, slots)._replace(new=book.new)  # what is asked for stays so
         for name in ("pose", "hand", "cost", "bound", "key", "parent", "via"):
             getattr(grown, name)[:states] = getattr(book, name)[:states]
         grown.counts[:] = book.counts
         rehash(grown, book.asks, book.margins)
         self.tables = self.tables._replace(book=grown)
+        return True
 
     def _meet(self) -> None:
         """Take in the poses and arcs that the lattice has made."""

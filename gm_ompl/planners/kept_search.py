@@ -81,7 +81,8 @@ class KeptSearch:
     @property
     def done(self) -> bool:
         """Whether it can say no more."""
-        return self.closed or self.bound >= min(self.cost, self._regrasping)
+        known = self.bound >= min(self.cost, self._regrasping)
+        return self.closed or known or self.graph.full
 
     def proves(self, cost: float) -> bool:
         """Whether a plan of this cost is proven optimal where no plan found here is cheaper."""

@@ -12,6 +12,7 @@ import pytest
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
+from gm_ompl.graph import kept_graph
 from gm_ompl.graph.closure import Closure
 from gm_ompl.planners import free_search
 from gm_ompl.planners.free_search import FreeSearch
@@ -206,6 +207,23 @@ def test_lanes_go_on_where_the_other_search_is_done() -> None:
     with mock.patch.object(free_search, "FEW_NODES", 0):
         found = searched(problem, mock.Mock(done=True, bound=0.0, cost=math.inf, expanded=0))
     assert found.optimal
+
+
+def test_lanes_go_on_where_there_is_no_memory_for_the_other_search() -> None:
+    """It keeps its bound; the plan is the same."""
+    problem, asked = load("tasks/placedown", ("fingers.placements.grid=[2, 3]",)).problem, []
+
+    def fits(extra: float) -> bool:
+        asked.append(extra)
+        return len(asked) < 3  # sets of placements, and one book that grows
+
+    with (
+        mock.patch.object(kept_graph, "limits", mock.Mock(fits=fits)),
+        mock.patch.object(kept_graph, "ASKS", 1 << 18),
+    ):
+        found, turns = in_turns(problem, Budget())
+    assert len(asked) == 3 and turns > 0
+    assert found.optimal and found.cost == pytest.approx(kept(problem).cost, rel=1e-9)
 
 
 @pytest.mark.parametrize("most", [1, 100, 3000])
