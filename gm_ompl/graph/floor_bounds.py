@@ -69,7 +69,8 @@ class FloorBounds:
         self._failed = np.tile([1.0, 2.0], (len(self._states), 1))  # of contact states, and asked
         self._margins: dict[int, Array] = {}
         goal = motion.goal
-        slack = goal.distance + float(np.linalg.norm(goal.high - goal.low)) / 2.0
+        # Attitudes that arrive stand for others near them.
+        slack = goal.distance + float(np.linalg.norm(goal.high - goal.low)) / 2.0 + SLIP * self._D
         none = np.zeros((0, 3)), np.zeros((0, 2)), np.zeros((0, len(graph.looks)))
         middle = (goal.low[:2] + goal.high[:2]) / 2.0
         self.table = FloorTable(np.full(len(rows), -1), *none, middle, slack)

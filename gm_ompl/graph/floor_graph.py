@@ -16,6 +16,7 @@ from gm_ompl import limits
 from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.geometry.pose import Pose
+from gm_ompl.geometry.separation import TOUCHING
 from gm_ompl.graph.closure import lifts
 from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.free import FreeMotion, PoseGoal
@@ -52,7 +53,23 @@ class FloorGraph(NamedTuple):
 def on_open_floor(problem: Problem) -> bool:
     """Whether a problem of free motion is on an open floor, and no hand lifts the object off."""
     environment, plain = problem.environment, problem.hand is None and not problem.uncertainty
-    return plain and environment.floor and not environment.obstacles and not lifts(problem)
+    open_ = environment.floor and not environment.obstacles and not lifts(problem)
+    return plain and open_ and _stands(problem)
+
+
+def _stands(problem: Problem) -> bool:
+    """Whether the object keeps the height that its attitude gives it, on two points or more.
+
+    Within a wide contact tolerance it rises and sinks on the floor. On a single point it turns
+    about lines through it; such a rotation may go on about a line that is no contact line any more
+    when others have landed. On two points or more it stays so.
+    """
+    motion, body, tolerance = problem.motion, problem.body, problem.environment.contact_tolerance
+    assert isinstance(motion, FreeMotion)
+    corners, near = motion.start.apply(body.vertices), tolerance * body.diagonal
+    low = corners[corners[:, 2] <= near, :2]
+    width = float(np.linalg.norm(np.ptp(low, axis=0))) if len(low) else 0.0
+    return bool(tolerance <= TOUCHING and width > 2.0 * near)
 
 
 def floor_graph(problem: Problem) -> FloorGraph | None:
@@ -67,6 +84,7 @@ def floor_graph(problem: Problem) -> FloorGraph | None:
     region[:, :2] = start[:2] + FAR * D * np.array([[-1.0], [1.0]])
     steps = dataclasses.replace(motion.steps, translate=(), depth=None)
     rolling = FreeMotion(motion.start, motion.goal, region, steps)
+    rolling.ends = motion.ends
     graph = dataclasses.replace(problem, motion=rolling).object_graph
     assert isinstance(graph, ContactLattice)
     known, layer = looks(*graph.poses(np.array([graph.start])), D), np.array([graph.start])
@@ -114,7 +132,8 @@ def nearest(known: Array, asked: Array) -> IntArray:
 
 
 def _arrived(goal: PoseGoal, known: Array, D: float) -> BoolArray:
-    """Return which attitudes the goal allows."""
-    middle = (goal.low + goal.high) / 2.0
+    """Return which attitudes the goal allows, or may allow: they stand for others near them."""
+    middle, near = (goal.low + goal.high) / 2.0, 4.0 * NEAR
+    goal = dataclasses.replace(goal, distance=goal.distance + near * D, angle=goal.angle + near)
     poses = [Pose(row[:9].reshape(3, 3), np.array([*middle[:2], row[9] * D])) for row in known]
     return np.array([goal.contains(pose) for pose in poses])

@@ -186,7 +186,7 @@ class KeptGraph:
         sets = book.hand[begun]
         may = self.goal_sets.may_end(hands.rows[sets])
         hands.alive[sets[~may]] = False
-        self._asked[sets] = True
+        asked = np.ones(len(sets), dtype=bool)
         if self._planar is not None:
             hands.potentials[sets[may]] = self._planar.potentials(hands.rows[sets[may]])
             hands.known[sets[may]] = True
@@ -194,8 +194,9 @@ class KeptGraph:
             bounds = self._floor.settle(sets[may], limit)
             self.tables = self.tables._replace(floor=self._floor.table)
             book.key[begun[may]] = np.maximum(book.key[begun[may]], bounds)
-            self._asked[sets[may]] = bounds <= limit  # others are gone on with
+            asked[may] = bounds <= limit  # others are gone on with
             hands.alive[sets[may][bounds == np.inf]] = False
+        self._asked[sets] = asked  # last: a limit may be reached before
         return which[book.key[which] <= limit]
 
     def _has_room(self, coming: int) -> bool:
