@@ -23,7 +23,10 @@ from gm_ompl.graph.kept_tables import FAILED, FloorTable, Prices
 from gm_ompl.motion.free import FreeMotion
 
 AT_ONCE: Final = 512
-"""Sets asked about between two looks at the limits."""
+"""Sets asked about between two looks at the limits, at most."""
+
+STEPS: Final = 1 << 22
+"""Sets times arcs likewise."""
 
 A_FEW: Final = 8
 """Contact states of a set that are decided at once."""
@@ -148,10 +151,11 @@ class FloorBounds:
         Raises:
             LimitError: a limit in force is reached.
         """
-        found = np.empty(len(which))
-        for first in range(0, len(which), AT_ONCE):
+        found, few = np.empty(len(which)), STEPS // (len(self._arcs.tails) + 1)
+        some = max(1, min(AT_ONCE, few))
+        for first in range(0, len(which), some):
             limits.check()
-            part = slice(first, first + AT_ONCE)
+            part = slice(first, first + some)
             found[part] = self._settle(which[part], limit)
         return found
 
@@ -232,6 +236,11 @@ class FloorBounds:
     def _keep(self, which: IntArray, settled: IntArray, asked: FloorSets, values: Array) -> None:
         """Note what is left to pay of sets that hold all along their way."""
         table, new = self.table, which[settled]
+        count = len(table.values) + len(new)
+        limits.claim(
+            8.0 * count * len(self._graph.looks), f"bounds on {count:,} sets",
+            "use fewer fingers.placements or a larger lattice.steps.rotation",
+        )  # fmt: skip
         table.rows[new] = len(table.values) + np.arange(len(new))
         self.table = table._replace(
             points=np.concatenate([table.points, asked.points[settled]]),
