@@ -58,7 +58,8 @@ def open_floor(seed: int) -> Problem:
         by=by,
         fingers=fingers,
         friction={"environment": round(rng.uniform(0.2, 0.6), 3), "finger": 0.8},
-        mechanics={"z_min": float(rng.choice([0.02, 0.2])), "cone_edges": int(rng.choice([4, 6, 8]))},
+        mechanics={"z_min": float(rng.choice([0.02, 0.2])),
+                   "cone_edges": int(rng.choice([4, 6, 8]))},
         cost={"samples_per_arc": max(parts, 1 + ends), "samples_at": "ends" if ends else "middles",
               "regrasp": 100.0, "stability": float(rng.choice([0.0, 0.01, 1.0]))},
     )  # fmt: skip
