@@ -146,7 +146,7 @@ class FloorBounds:
     def settle(self, which: IntArray, limit: float) -> Array:
         """Return lower bounds (L,) on plans of sets, by their numbers.
 
-        Those of at most ``limit`` are in ``table`` after that.
+        Those of at most ``limit`` are in ``table`` after that, where memory does for them.
 
         Raises:
             LimitError: a limit in force is reached.
@@ -236,11 +236,8 @@ class FloorBounds:
     def _keep(self, which: IntArray, settled: IntArray, asked: FloorSets, values: Array) -> None:
         """Note what is left to pay of sets that hold all along their way."""
         table, new = self.table, which[settled]
-        count = len(table.values) + len(new)
-        limits.claim(
-            8.0 * count * len(self._graph.looks), f"bounds on {count:,} sets",
-            "use fewer fingers.placements or a larger lattice.steps.rotation",
-        )  # fmt: skip
+        if not limits.fits(8.0 * (len(table.values) + len(new)) * table.values.shape[1]):
+            return  # what bounds them at the start must do
         table.rows[new] = len(table.values) + np.arange(len(new))
         self.table = table._replace(
             points=np.concatenate([table.points, asked.points[settled]]),

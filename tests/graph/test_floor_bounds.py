@@ -168,13 +168,18 @@ def test_it_is_gone_on_with_where_a_limit_came(step: int) -> None:
 
 
 def test_limits_hold_while_sets_are_settled() -> None:
-    """And where what is kept of them takes too much room."""
-    _, bounds, rows = _bounds(load("free/over-there", SMALL).problem)
+    """What takes too much memory is not kept; that is found again, and costs are the same."""
+    problem = load("free/over-there", SMALL).problem
+    _, bounds, rows = _bounds(problem)
     assert bounds is not None
+    every = np.arange(len(rows))
     with limits.holding(0.0), pytest.raises(LimitError):
-        bounds.settle(np.arange(len(rows)), np.inf)
-    refusing = mock.patch.object(limits.Limits, "refuses", return_value="too much")
-    with refusing, limits.holding(), pytest.raises(LimitError, match="too much"):
-        bounds.settle(np.arange(len(rows)), np.inf)
+        bounds.settle(every, np.inf)
+    with mock.patch.object(limits, "fits", return_value=False):
+        found = bounds.settle(every, np.inf)
     assert (bounds.table.rows < 0).all()
-    assert np.isfinite(bounds.settle(np.arange(len(rows)), np.inf)).any()
+    assert bounds.settle(every, np.inf) == pytest.approx(found)
+    assert (bounds.table.rows >= 0).all()
+    with mock.patch.object(FloorBounds, "_keep"):
+        search = kept(problem)
+    assert search.cost == pytest.approx(OPTIMUM, rel=1e-6)

@@ -42,7 +42,8 @@ def test_every_rotation_of_the_lattice_is_in_it(seed: int) -> None:
 
 
 def _cube(**settings: Any) -> Problem:
-    return free_problem(**({"fingers": TWO, "by": steps(rotate=None)} | settings))
+    given: dict[str, Any] = {"fingers": TWO, "by": steps(rotate=None), **settings}
+    return free_problem(**given)
 
 
 def test_what_is_an_open_floor() -> None:
