@@ -70,7 +70,7 @@ class FloorBounds:
         self._ends = graph.looks[:, :9].reshape(-1, 3, 3).copy()
         self._ends[~graph.arrived] = np.nan
         self._failed = np.tile([1.0, 2.0], (len(self._states), 1))  # of contact states, and asked
-        self._margins: dict[int, Array] = {}
+        self._margins: dict[int, tuple[IntArray, Array]] = {}  # what is known of sets
         goal = motion.goal
         # Attitudes that arrive stand for others near them.
         slack = goal.distance + float(np.linalg.norm(goal.high - goal.low)) / 2.0 + SLIP * self._D
@@ -175,12 +175,15 @@ class FloorBounds:
             open_ = open_[some]
             self._ask(asked, open_, [way for way in ways if len(way)])
         for one in np.flatnonzero(bounds < np.inf).tolist():
-            self._margins[int(which[one])] = asked.margins[one].copy()
+            known = np.flatnonzero(asked.margins[one] < np.inf)
+            self._margins[int(which[one])] = known, asked.margins[one, known]
         return bounds
 
     def _asked(self, which: IntArray) -> FloorSets:
-        rows, none = self._rows[which], np.full(len(self._states), np.inf)
-        margins = np.array([self._margins.get(one, none) for one in which.tolist()])
+        rows, margins = self._rows[which], np.full((len(which), len(self._states)), np.inf)
+        for row, one in zip(margins, which.tolist(), strict=True):
+            known, zs = self._margins.get(one, (slice(0), 0.0))
+            row[known] = zs
         tips = np.stack([self._tips[f, rows[:, i]] for i, f in enumerate(self._shapes)], axis=1)
         points, looks = tips.mean(axis=1), self._graph.looks[0]
         start = self._judge.problem.object_graph.pose(self._judge.problem.object_graph.start)
