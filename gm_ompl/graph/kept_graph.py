@@ -45,6 +45,9 @@ from gm_ompl.problem import Placements
 MOST_SETS: Final = 1_000_000
 """Sets of placements that are treated at once."""
 
+AT_ONCE: Final = 20_000
+"""Sets at the start that are asked about at once."""
+
 SET_BYTES: Final = 1000.0
 """What is held for a set, at first."""
 
@@ -183,6 +186,8 @@ class KeptGraph:
         begun = begun[~self._asked[book.hand[begun]]]
         if not len(begun):
             return which
+        which = which[~np.isin(which, begun[AT_ONCE:])]  # these have to wait
+        begun = begun[:AT_ONCE]
         sets = book.hand[begun]
         may = self.goal_sets.may_end(hands.rows[sets])
         hands.alive[sets[~may]] = False
