@@ -97,7 +97,7 @@ class FloorBounds:
         graph, problem = self._graph, self._judge.problem
         passes, free = self._judge.passing_along(graph.courses)
         states = self._backend.along(graph.courses)
-        # What compiled code does not tell is not asked about: travel alone counts.
+        # What compiled code does not tell is not asked about, and costs nothing here.
         alike, first = self._alike(np.unique(states[states >= 0]))
         numbers = np.where(states >= 0, alike[states], -1)
         kept = np.flatnonzero(passes)[np.argsort(self._hops()[graph.heads[passes]], kind="stable")]
