@@ -65,3 +65,13 @@ class ArcClasses:
     def _write_states(self, kind: int, step: GraphArc, arcs: KeptArcs) -> None:
         states = self._judge.environments(step)
         arcs.states[kind, : len(states)] = states
+
+
+def arcs_leaving(graph: ContactLattice, nodes: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the arcs that leave nodes (N,), one node after the other, and which row each leaves.
+
+    They must have been made.
+    """
+    first, past = graph.spans(nodes)
+    arcs = [np.arange(a, b) for a, b in zip(first, past, strict=True)]
+    return np.concatenate([*arcs, first[:0]]), np.repeat(np.arange(len(nodes)), past - first)

@@ -17,6 +17,7 @@ from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.separation import TOUCHING
+from gm_ompl.graph.arc_classes import arcs_leaving
 from gm_ompl.graph.closure import lifts
 from gm_ompl.motion.courses import Courses
 from gm_ompl.motion.free import FreeMotion, PoseGoal
@@ -110,9 +111,7 @@ def floor_graph(problem: Problem) -> FloorGraph | None:
 def _leaving(graph: ContactLattice, nodes: IntArray) -> tuple[IntArray, IntArray]:
     """Return the rotations on the floor that leave nodes (N,), and which each leaves."""
     graph.leave(nodes.tolist())
-    first, past = graph.spans(nodes)
-    leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
-    of = np.repeat(np.arange(len(nodes)), past - first)
+    leaving, of = arcs_leaving(graph, nodes)
     rows = graph.arcs.rows
     stays = rows.turns[leaving] & ~rows.bare[leaving]
     return leaving[stays], of[stays]

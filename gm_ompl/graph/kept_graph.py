@@ -11,7 +11,7 @@ from gm_ompl.arrays import IntArray
 from gm_ompl.contact.lattice import ContactLattice
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph.arc_classes import ArcClasses
+from gm_ompl.graph.arc_classes import ArcClasses, arcs_leaving
 from gm_ompl.graph.closure import firsts_of, lifts
 from gm_ompl.graph.floor_bounds import FloorBounds
 from gm_ompl.graph.goal_distance import GoalDistance
@@ -169,7 +169,7 @@ class KeptGraph:
             self._graph.leave(new.tolist())
             self._meet()
             first, past = self._graph.spans(new)
-            leaving = np.concatenate([np.arange(a, b) for a, b in zip(first, past, strict=True)])
+            leaving, _ = arcs_leaving(self._graph, new)
             self._form(leaving)
             arcs, poses = self.tables.arcs, self.tables.poses
             self._see(arcs.heads[leaving[arcs.stages[arcs.kinds[leaving]] != BLOCKED]])
