@@ -64,7 +64,7 @@ class FloorBounds:
         number = {shape: f for f, shape in enumerate(firsts)}
         self._shapes = np.array([number[shape] for shape in hand.shapes], dtype=np.int64)
         self._tips = np.stack([judge.centres(i) for i in firsts.values()])
-        self._prices = Prices(problem.cost.stability, problem.z_floor)
+        self._prices = Prices(problem.cost.stability, problem.z_floor, problem.cost.regrasp)
         self._z_min = problem.mechanics.z_min * (1.0 - LESS)
         self._arcs, self._states = self._learn(list(firsts.values()))
         self._ends = graph.looks[:, :9].reshape(-1, 3, 3).copy()

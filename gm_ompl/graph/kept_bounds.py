@@ -158,6 +158,20 @@ class PlanarBounds:
         """Return points (m, 3) of the object as the plane shows them at the start, (m, 2)."""
         return np.ascontiguousarray((points @ self._from.T)[:, self._plane])
 
+    def alike(self, points: Array, near: float) -> tuple[IntArray, IntArray]:
+        """Return which of points (m, 3) of the object the plane shows in one place.
+
+        Args:
+            points: of the object.
+            near: how far they may be from each other.
+
+        Returns:
+            The first of each place; and which place each point is in, (m,).
+        """
+        places = np.rint(self._flat(points) / near)
+        _, first, of = np.unique(places, axis=0, return_index=True, return_inverse=True)
+        return first, of.reshape(-1)
+
     def _turns(self, rotations: Array) -> Array:
         """Return by how much the object is turned [rad], (...), counted from the start."""
         i, j = self._plane
@@ -186,18 +200,23 @@ class PlanarBounds:
             left = np.maximum(off - self._goal.angle, 0.0)
         return np.column_stack([positions[:, self._plane], np.cos(turns), np.sin(turns), left])
 
-    def potentials(self, rows: IntArray) -> Array:
+    def potentials(self, rows: IntArray, fingers: IntArray | None = None) -> Array:
         """Return the potentials (L, POTENTIALS, 4) of sets of placements (L, n).
+
+        Args:
+            rows: the sets.
+            fingers: (n,), whose they are; None: the whole hand's.
 
         Raises:
             LimitError: a limit is reached.
         """
         outline, found = self._outline, np.empty((len(rows), POTENTIALS, 4))
+        which = range(len(outline.tips)) if fingers is None else fingers.tolist()
 
         def work(part: slice) -> None:
-            some = rows[part].T
-            near = np.stack([table[r] for table, r in zip(outline.near, some, strict=True)], axis=1)
-            tips = np.stack([table[r] for table, r in zip(outline.tips, some, strict=True)], axis=1)
+            some = list(zip(which, rows[part].T, strict=True))
+            near = np.stack([outline.near[i][row] for i, row in some], axis=1)
+            tips = np.stack([outline.tips[i][row] for i, row in some], axis=1)
             set_up_all(near, outline.points, outline.ends, self._kappa, tips, found[part])
 
         share_out(work, len(rows), most=AT_ONCE)

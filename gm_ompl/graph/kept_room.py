@@ -6,8 +6,18 @@ from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 
+from gm_ompl import limits
 from gm_ompl.arrays import with_room
-from gm_ompl.graph.kept_tables import EMPTY, FloorTable, KeptArcs, Poses, StateBook
+from gm_ompl.graph.kept_states import rehash
+from gm_ompl.graph.kept_tables import (
+    EMPTY,
+    STATES,
+    FloorTable,
+    KeptArcs,
+    Poses,
+    Relaxed,
+    StateBook,
+)
 
 ASKS: Final = 20_000
 """Margins asked for at once."""
@@ -30,14 +40,19 @@ def no_arcs(F: int, P: int, parts: int) -> KeptArcs:
     return KeptArcs(NO_ROWS, NO_ROWS, NO_ROWS, *forms, NO_ROWS, free, states)
 
 
-def new_book(room: int, slots: int) -> StateBook:
-    """Return a book with room for so many states, and slots for margins."""
+def no_relaxed(sets: int) -> Relaxed:
+    """Return what says nothing of so many sets."""
+    return Relaxed(np.full(sets, EMPTY), np.zeros(sets), new_book(1, 1, 0), np.zeros(0), 0.0)
+
+
+def new_book(room: int, slots: int, asks: int = ASKS) -> StateBook:
+    """Return a book with room for so many states, slots for margins, and room to ask for them."""
     hashed = 1 << int(2 * room - 1).bit_length()
     numbers, reals = np.zeros((4, room), dtype=np.int64), np.full((3, room), np.inf)
     return StateBook(
         np.full(hashed, EMPTY), numbers[0], numbers[1], reals[0], reals[1], reals[2],
         numbers[2], numbers[3], np.full(slots, EMPTY), np.zeros(slots),
-        np.zeros((ASKS, 2), dtype=np.int64), np.zeros(3, dtype=np.int64),
+        np.zeros((asks, 2), dtype=np.int64), np.zeros(3, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -47,3 +62,26 @@ def columns_with_room(columns: Columns, count: int) -> Columns:
         return columns
     grown: list[Any] = [with_room(column, len(column), count) for column in columns]
     return cast(Columns, Poses._make(grown) if isinstance(columns, Poses) else tuple(grown))
+
+
+def book_with_room(book: StateBook, coming: int) -> StateBook | None:
+    """Return a book with room for more states, and for the margins that are asked for.
+
+    That is the book itself, or another; None where memory does not do.
+    """
+    states, asked = int(book.counts[STATES]), int((book.asks != EMPTY).sum())
+    room, slots = len(book.cost), len(book.asks)
+    least = 2 * (asked + len(book.new))
+    if states + coming <= room and least <= slots:
+        return book
+    room = room if states + coming <= room else 2 * (states + coming)
+    while least > slots:
+        slots *= 2
+    if not limits.fits(80.0 * room + 16.0 * slots):
+        return None
+    grown = new_book(room, slots, 0)._replace(new=book.new)  # what is asked for stays so
+    for name in ("pose", "hand", "cost", "bound", "key", "parent", "via"):
+        getattr(grown, name)[:states] = getattr(book, name)[:states]
+    grown.counts[:] = book.counts
+    rehash(grown, book.asks, book.margins)
+    return grown

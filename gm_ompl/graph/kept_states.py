@@ -15,6 +15,8 @@ from gm_ompl.graph.goal_distance import way_left
 from gm_ompl.graph.kept_tables import (
     ARRIVED,
     ASKED,
+    ASKED_FOR,
+    ASKS_APART,
     BLOCKED,
     EMPTY,
     FAILED,
@@ -27,9 +29,11 @@ from gm_ompl.graph.kept_tables import (
     KeptArcs,
     KeptSets,
     KeptTables,
+    Relaxed,
     StateBook,
 )
 from gm_ompl.graph.potentials import potential
+from gm_ompl.holds.sets import LIFTED
 
 
 @inlined
@@ -71,28 +75,45 @@ def rehash(book: StateBook, old_asks: IntArray, old_margins: Array) -> None:
 
 
 @compiled
-def learn(book: StateBook, sets: int, zs: Array) -> None:
+def learn(book: StateBook, zs: Array) -> None:
     """Write the margins of what was asked for."""
     for k in range(book.counts[ASKED]):
-        slot = margin_slot(book.asks, book.new[k, 0] * sets + book.new[k, 1])
+        slot = margin_slot(book.asks, book.new[k, 0] * ASKS_APART + book.new[k, 1])
         book.margins[slot] = zs[k]
     book.counts[ASKED] = 0
 
 
 @lean
 def ahead(pose: int, hand: int, tables: KeptTables) -> float:
-    """Return a lower bound on the cost from a state to the goal."""
-    hands, places, bodies, most = tables.hands, tables.poses.places, tables.bodies, 0.0
+    """Return a lower bound on the cost from a state to the goal; +inf: beyond what was reached."""
+    hands, places, bodies, least, most = tables.hands, tables.poses.places, tables.bodies, np.inf, 0.0
+    for i in range(hands.lifts.shape[1]):
+        hub = hands.lifts[hand, i]
+        if hub != EMPTY and hands.alive[hub]:
+            least = min(least, _after(pose, hub, tables.relaxed))
+    if hands.lifts[hand, 0] != EMPTY:
+        return float(least)
+    if tables.relaxed.rows[hand] != EMPTY:
+        return _after(pose, hand, tables.relaxed)
     number = bodies.numbers[pose]
     R, p = bodies.rotations[number], bodies.positions[number]
     for i in range(hands.rows.shape[1]):
-        most = max(most, way_left(tables.goal, hands.shapes[i], hands.rows[hand, i], R, p))
+        row = hands.rows[hand, i]
+        if row != LIFTED:
+            most = max(most, way_left(tables.goal, hands.shapes[i], row, R, p))
     row, attitude = tables.floor.rows[hand], tables.poses.attitudes[pose]
     if row >= 0 and attitude >= 0:
         most = max(most, _left_on_floor(row, attitude, R, p, tables.floor))
     if hands.known[hand]:
         most = max(most, potential(hands.potentials[hand], places[pose], hands.target))
     return float(most)
+
+
+@lean
+def _after(pose: int, hand: int, relaxed: Relaxed) -> float:
+    """Return what follows where some fingers stay to the end, by what stands for them."""
+    there = relaxed.book.slots[find(relaxed.book, pose, relaxed.rows[hand])]
+    return float(relaxed.extra[hand] + relaxed.after[there]) if there != EMPTY else np.inf
 
 
 @inlined
@@ -129,7 +150,23 @@ def put(book: StateBook, number: int, cost: float, parent: int, via: int) -> Non
 def begin(which: IntArray, tables: KeptTables) -> None:
     """Open sets at the start, pose 0."""
     for hand in which:
-        put(tables.book, meet(0, hand, ahead(0, hand, tables), tables.book), 0.0, EMPTY, EMPTY)
+        left = min(ahead(0, hand, tables), beyond(tables.relaxed))
+        put(tables.book, meet(0, hand, left, tables.book), 0.0, EMPTY, EMPTY)
+
+
+@compiled
+def renew(which: IntArray, tables: KeptTables) -> None:
+    """Raise the keys of open states to what bounds say by now."""
+    book, past = tables.book, beyond(tables.relaxed)
+    for number in which:
+        left = ahead(book.pose[number], book.hand[number], tables)
+        book.key[number] = max(book.key[number], min(past, book.cost[number] + left))
+
+
+@inlined
+def beyond(relaxed: Relaxed) -> float:
+    """Return what ways cost at least that were not followed."""
+    return float(relaxed.reached * (1.0 + SAME))
 
 
 @lean
@@ -142,14 +179,62 @@ def expand(which: IntArray, limit: float, tables: KeptTables) -> int:
     for k in range(len(which)):
         number = which[k]
         hand, pose = book.hand[number], book.pose[number]
-        if book.counts[STATES] + poses.past[pose] - poses.first[pose] > len(book.cost):
+        coming = poses.past[pose] - poses.first[pose] + hands.rows.shape[1]
+        if book.counts[STATES] + coming > len(book.cost):
             return k
         book.key[number], nearest = np.inf, np.inf
         if hands.alive[hand]:
             for arc in range(poses.first[pose], poses.past[pose]):
                 nearest = min(nearest, _follow(number, arc, limit, tables))
+            for i in range(hands.lifts.shape[1]):
+                if hands.lifts[hand, i] != EMPTY:
+                    nearest = min(nearest, _lift(number, hands.lifts[hand, i], limit, tables))
         book.key[number] = min(book.key[number], nearest)
     return len(which)
+
+
+@lean
+def _lift(number: int, hub: int, limit: float, tables: KeptTables) -> float:
+    """Lift a finger; return the bound of plans by that where it is still to be done, or +inf.
+
+    Its price is paid where the finger is put down again.
+    """
+    book, pose = tables.book, tables.book.pose[number]
+    here, there = book.cost[number], book.slots[find(book, pose, hub)]
+    before = book.cost[there] if there != EMPTY else np.inf
+    if not tables.hands.alive[hub] or before <= here * (1.0 + SAME):
+        return np.inf
+    left = _after(pose, hub, tables.relaxed)
+    if left == np.inf:
+        return beyond(tables.relaxed)
+    if here + left > limit:
+        return here + left
+    if tables.poses.rests[pose] < 0:
+        tables.poses.rests[pose] = ASKED_FOR
+        return here + left
+    z = _margin(tables.poses.rests[pose], hub, book)
+    if z == FAILED:
+        return np.inf
+    if np.isnan(z):
+        return here + left
+    put(book, meet(pose, hub, left, book), here, number, EMPTY)
+    return np.inf
+
+
+@compiled
+def put_down(number: int, hands: IntArray, tables: KeptTables) -> None:
+    """Let the lifted finger of a hub's state touch again: open sets (m,).
+
+    There must be room for them.
+    """
+    book, pose = tables.book, tables.book.pose[number]
+    cost = book.cost[number] + tables.prices.X_regr
+    for hand in hands:
+        there = book.slots[find(book, pose, hand)]
+        left = ahead(pose, hand, tables)
+        if left < np.inf and (there == EMPTY or cost < book.cost[there] * (1.0 - SAME)):
+            put(book, meet(pose, hand, left, book), cost, number, EMPTY)
+            book.counts[ARRIVED] += tables.poses.goal[pose]
 
 
 @lean
@@ -166,7 +251,11 @@ def _follow(number: int, arc: int, limit: float, tables: KeptTables) -> float:
         before = book.cost[there]
     if before <= (here + cost) * (1.0 + SAME):
         return np.inf
-    left = ahead(head, hand, tables) if there == EMPTY else book.bound[there]
+    left = book.bound[there] if there != EMPTY else 0.0
+    if there == EMPTY or tables.relaxed.rows[hand] >= 0:
+        left = ahead(head, hand, tables)
+    if left == np.inf:
+        return beyond(tables.relaxed)
     if stage == READY and here + cost + left <= limit:
         cost, known = _price(kind, form, hand, tables)
         if known and before <= (here + cost) * (1.0 + SAME):
@@ -186,7 +275,9 @@ def _is_free(arcs: KeptArcs, kind: int, hands: KeptSets, hand: int) -> bool:
     """Whether fingertips penetrate nothing along a class of arcs."""
     free = True
     for i in range(hands.rows.shape[1]):
-        free &= arcs.free[kind, hands.shapes[i], hands.rows[hand, i]]
+        row = hands.rows[hand, i]
+        if row != LIFTED:
+            free &= arcs.free[kind, hands.shapes[i], row]
     return free
 
 
@@ -201,7 +292,7 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
     for j in range(arcs.chords.shape[1]):
         z = np.inf
         if kind >= 0 and arcs.states[kind, j] >= 0:
-            z = _margin(arcs.states[kind, j], hand, len(hands.rows), tables.book)
+            z = _margin(arcs.states[kind, j], hand, tables.book)
         if z == FAILED:
             return np.inf, True
         if np.isnan(z):
@@ -211,7 +302,9 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
     if way[0] == 0.0 and way[1] == 0.0 and way[2] == 0.0:
         return travel, known
     for i in range(hands.rows.shape[1]):
-        arm = max(arm, _arm(tables.goal.tips[hands.shapes[i], hands.rows[hand, i]], point, way))
+        row = hands.rows[hand, i]
+        if row != LIFTED:
+            arm = max(arm, _arm(tables.goal.tips[hands.shapes[i], row], point, way))
     return travel * arm, known
 
 
@@ -225,9 +318,9 @@ def _arm(tip: Array, point: Array, way: Array) -> float:
 
 
 @inlined
-def _margin(state: int, hand: int, sets: int, book: StateBook) -> float:
+def _margin(state: int, hand: int, book: StateBook) -> float:
     """Return a margin; NaN where it is not known, and it is asked for."""
-    ask = state * sets + hand
+    ask = state * ASKS_APART + hand
     slot = margin_slot(book.asks, ask)
     if book.asks[slot] != EMPTY:
         return float(book.margins[slot])
@@ -237,3 +330,49 @@ def _margin(state: int, hand: int, sets: int, book: StateBook) -> float:
         book.new[row, 0], book.new[row, 1] = state, hand
         book.counts[ASKED] += 1
     return np.nan
+
+
+@lean
+def list_steps(which: IntArray, tables: KeptTables, ends: IntArray, costs: Array) -> int:
+    """List the steps from states to others by arcs that are free; return how many there are.
+
+    Arcs that are not known are taken to be free; no margin is asked for.
+
+    Args:
+        which: the states.
+        tables: what is known.
+        ends: (m, 2), written: states.
+        costs: (m,), written.
+    """
+    hands, poses, arcs, book, count = tables.hands, tables.poses, tables.arcs, tables.book, 0
+    for number in which:
+        hand, pose = book.hand[number], book.pose[number]
+        for arc in range(poses.first[pose], poses.past[pose]):
+            kind = arcs.kinds[arc]
+            stage = arcs.stages[kind]
+            if stage == BLOCKED or (stage == READY and not _is_free(arcs, kind, hands, hand)):
+                continue
+            there = book.slots[find(book, arcs.heads[arc], hand)]
+            if there != EMPTY:
+                ends[count, 0], ends[count, 1] = number, there
+                costs[count], _ = _price(-1, arcs.forms[arc], hand, tables)
+                count += 1
+    return count
+
+
+@compiled
+def settle(ends: IntArray, costs: Array, left: Array) -> None:
+    """Lower what is left to pay from states to what steps say.
+
+    Args:
+        ends: (m, 2), states; quickest where steps near the goal come last.
+        costs: (m,), of the steps.
+        left: (E,), lowered.
+    """
+    changed = True
+    while changed:
+        changed = False
+        for k in range(len(ends) - 1, -1, -1):
+            one = costs[k] + left[ends[k, 1]]
+            if one < left[ends[k, 0]] * (1.0 - SAME):
+                left[ends[k, 0]], changed = one, True

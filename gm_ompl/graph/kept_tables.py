@@ -20,6 +20,12 @@ STATES, ASKED, ARRIVED = range(3)
 EMPTY: Final = -1
 """A slot that nothing is in."""
 
+ASKED_FOR: Final = -2
+"""Stands for what is to be found."""
+
+ASKS_APART: Final = 1 << 24
+"""Margins are asked for by contact states times this, plus sets."""
+
 FAILED: Final = -1.0
 """Stands for a margin below z_min; a margin that was asked for and is not known is NaN."""
 
@@ -28,9 +34,10 @@ class KeptSets(NamedTuple):
     """Sets of placements.
 
     Attributes:
-        rows: (S, n), placements.
+        rows: (S, n), placements; LIFTED where a finger is in the air: such a set is a hub.
         shapes: (n,), which fingers share their tables of placements.
         alive: (S,), whether plans may have them.
+        lifts: (S, n), the hubs that lifting a finger leads to; EMPTY: it is not to be lifted.
         known: (S,), whether ``potentials`` holds them.
         potentials: (S, K, 4).
         target: where the object must end, in the plane.
@@ -39,6 +46,7 @@ class KeptSets(NamedTuple):
     rows: IntArray
     shapes: IntArray
     alive: BoolArray
+    lifts: IntArray
     known: BoolArray
     potentials: Array
     target: PlaneGoal
@@ -73,6 +81,7 @@ class Poses(NamedTuple):
         first: (V,), the first arc that leaves it; -1 where its arcs are not known.
         past: (V,), the arc past its last.
         attitudes: (V,), their numbers on an open floor; -1: none.
+        rests: (V,), contact states of the object at rest; EMPTY or ASKED_FOR where not known.
     """
 
     places: Array
@@ -80,6 +89,7 @@ class Poses(NamedTuple):
     first: IntArray
     past: IntArray
     attitudes: IntArray
+    rests: IntArray
 
 
 class BodyPoses(NamedTuple):
@@ -134,7 +144,7 @@ class StateBook(NamedTuple):
         key: (E,), the least bound of a plan by an arc to be followed; +inf: it is not open.
         parent: (E,), the state before; -1 at the start.
         via: (E,), the arc from there.
-        asks: (M,), contact state times the number of sets plus set; EMPTY where there is none.
+        asks: (M,), contact states and sets; EMPTY where there is none.
         margins: (M,), z.
         new: (N, 2), contact states and sets that were asked for.
         counts: (3,), of states, of rows of ``new``, of ways found to the goal.
@@ -154,11 +164,37 @@ class StateBook(NamedTuple):
     counts: IntArray
 
 
+class Relaxed(NamedTuple):
+    """What is left to travel where no margin is asked for, see ``relaxed``.
+
+    Attributes:
+        rows: (S,), what stands for the fingers of a set that stay to the end; EMPTY: nothing; of a
+            set with ``lifts`` it is what stands for those.
+        extra: (S,), what regrasps to come cost.
+        book: states of what stands for sets.
+        after: (E,), what follows them costs at least.
+        reached: all ways of at most this were followed.
+    """
+
+    rows: IntArray
+    extra: Array
+    book: StateBook
+    after: Array
+    reached: float
+
+
 class Prices(NamedTuple):
-    """What Eq. (9) goes by, units of force."""
+    """What Eqs. (9) and (10) go by.
+
+    Attributes:
+        X_stab: a force.
+        z_floor: a force.
+        X_regr: a length.
+    """
 
     X_stab: float
     z_floor: float
+    X_regr: float
 
 
 class KeptTables(NamedTuple):
@@ -172,3 +208,4 @@ class KeptTables(NamedTuple):
     arcs: KeptArcs
     book: StateBook
     prices: Prices
+    relaxed: Relaxed

@@ -203,7 +203,7 @@ class FreeSearch:
         if kept.cost < (math.inf if result.cost is None else result.cost):
             solved = Status.SOLVED, kept.cost, bound, kept.moves()
             self._result = result_of(*solved, dict(counted.statistics))
-            self._log.event(kept.cost, bound, kept.expanded, len(kept.graph.open))
+            self._log.event(kept.cost, bound, kept.expanded, kept.waiting)
             return
         bound = bound if result.cost is None else min(bound, result.cost)
         optimal = result.cost is not None and result.cost <= bound * (1.0 + PROVEN)

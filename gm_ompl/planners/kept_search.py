@@ -1,33 +1,25 @@
-"""Exact search for plans of free motion that keep the whole hand in place: A* over all sets.
+"""Exact search for plans of free motion that regrasp once at most.
 
 Plans with k regrasps cost at least k X_regr and what fingertips that are kept must travel; so a
-plan without regrasping that is cheaper than all of those is optimal.
+plan that regrasps less often and is cheaper than all of those is optimal. Plans that regrasp once
+are looked for where those without regrasping have no proof, and the object turns about one axis.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Final, final
+from typing import final
 
-import numpy as np
-
-from gm_ompl import limits
-from gm_ompl.arrays import IntArray
-from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.goal_distance import GoalDistance
-from gm_ompl.graph.kept_graph import START, KeptGraph
-from gm_ompl.graph.kept_tables import ARRIVED, STATES
-from gm_ompl.holds.extraction import moves_of
+from gm_ompl.graph.goal_sets import GoalSets
+from gm_ompl.graph.kept_arcs import START
+from gm_ompl.graph.kept_graph import KeptGraph
+from gm_ompl.graph.regrasp_graph import RegraspGraph
 from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.outcome import Log
+from gm_ompl.planners.state_search import StateSearch
 from gm_ompl.problem import Move
-
-SLACK: Final = 0.02
-"""The limit on bounds is ahead of the least one by this, relatively."""
-
-SAME: Final = 1e-9
-"""A plan is no better by less than this, relatively."""
 
 
 @final
@@ -36,57 +28,59 @@ class KeptSearch:
 
     Args:
         judge: of a problem of free motion; its back end is the kernel's.
+        graph: states of plans that do not regrasp.
         log: its budget is spent.
 
     Attributes:
-        bound: no plan is cheaper, with regrasps or without.
-        cost: of the best plan that was found here, or +inf.
-        expanded: states whose arcs were followed, those followed again included.
-        closed: whether no plan is cheaper than what was enough at last.
+        graph: likewise.
     """
 
-    def __init__(self, judge: Judge, log: Log) -> None:
-        self._judge, self._log = judge, log
-        self.graph = KeptGraph(judge)
-        self._regrasping = self._with_regrasps()
-        self._best, self._arrived = -1, 0
-        self.bound, self.cost, self.expanded = 0.0, math.inf, 0
-        self.closed, self._limit = False, 0.0
-        self._arrive()
-
-    def _with_regrasps(self) -> float:
-        """Return a lower bound on plans that regrasp."""
-        hand, price = self._judge.problem.fingers, float(self._judge.problem.cost.regrasp)
-        n, start = hand.count, self._judge.problem.object_graph.pose(START)
-        free, motion = self._judge.node(start).free, self._judge.problem.motion
-        there = self.graph.goal_sets.free()
-        assert isinstance(motion, FreeMotion)
-        ways = [
-            GoalDistance(motion.goal, self._judge.centres(i)[free[i] & there[i]])
-            .distances(start.rotation, start.position)
-            .min(initial=math.inf)
-            for i in range(n)
-        ]
-        one = price + min(ways) if n > 1 else math.inf
-        return min(one, n * price)
+    def __init__(self, judge: Judge, graph: KeptGraph, log: Log) -> None:
+        self._judge, self._log, self.graph = judge, log, graph
+        self._searches = [StateSearch(judge, graph, log)]
+        self._others, self._enough = regrasping(judge, graph.goal_sets, 1), math.inf
+        problem = judge.problem
+        several = problem.fingers.count > 1 and problem.hand is None
+        self._goes_on = several and graph.planar is not None
 
     @classmethod
     def of(cls, judge: Judge, log: Log) -> KeptSearch | None:
         """Return a search, or None where there is nothing to keep, or too much."""
         if not judge.problem.fingers.count:
             return None
-        search = cls(judge, log)
-        return search if len(search.graph.tables.hands.rows) else None
+        graph = KeptGraph(judge)
+        return None if graph.full else cls(judge, graph, log)
+
+    @property
+    def bound(self) -> float:
+        """No plan is cheaper, however often it regrasps."""
+        return min(self._others, *(search.bound for search in self._searches))
+
+    @property
+    def cost(self) -> float:
+        """Of the best plan that was found here, or +inf."""
+        return min(search.cost for search in self._searches)
+
+    @property
+    def expanded(self) -> int:
+        """States that were followed, those followed again included."""
+        return sum(search.expanded for search in self._searches)
+
+    @property
+    def waiting(self) -> int:
+        """How many states are open."""
+        return sum(len(search.graph.open) for search in self._searches)
 
     @property
     def done(self) -> bool:
         """Whether it can say no more."""
-        known = self.bound >= min(self.cost, self._regrasping)
-        return self.closed or known or self.graph.full
+        most = min(self.cost, self._enough)
+        full = any(s.graph.full and s.bound < min(most, self._others) for s in self._searches)
+        return full or self.bound >= (most if self._goes_on else min(most, self._others))
 
     def proves(self, cost: float) -> bool:
         """Whether a plan of this cost is proven optimal where no plan found here is cheaper."""
-        return cost <= self._regrasping
+        return cost <= self._others
 
     def step(self, enough: float) -> None:
         """Go on where plans cheaper than ``enough`` may begin.
@@ -94,70 +88,41 @@ class KeptSearch:
         Raises:
             LimitError: a limit is reached.
         """
-        limits.check()
-        if self._log.meter.spent():
-            raise LimitError
+        self._enough = enough
         if self._log.due():
-            self._log.event(min(self.cost, enough), self.bound, self.expanded, len(self.graph.open))
-        most = min(self.cost, enough) * (1.0 - SAME)
-        open_, key = self.graph.open, self.graph.tables.book.key
-        front = float(key[open_].min(initial=math.inf))
-        if front >= most:
-            front = min(self.cost, enough)
-        self.bound = max(self.bound, min(front, self._regrasping))
-        if self.bound < min(self.cost, enough, self._regrasping):
-            self._limit = min(most, max(self._limit, front * (1.0 + SLACK)))
-            self._follow(open_[key[open_] <= self._limit], self._limit)
-        else:
-            self.closed = True
+            self._log.event(min(self.cost, enough), self.bound, self.expanded, self.waiting)
+        least, most = min(self._searches, key=lambda s: s.bound), min(self.cost, enough)
+        if least.bound < self._others or self._others >= most:
+            least.step(min(most, self._others))
+        elif self._goes_on:
+            self._regrasp()
 
-    def _follow(self, which: IntArray, limit: float) -> None:
-        """Follow the arcs from states, and find what was asked for."""
-        graph = self.graph
-        which = graph.sharpen(which, limit)
-        graph.follow(which, limit)
-        self.expanded += len(which)
-        graph.answer()
-        if graph.tables.book.counts[ARRIVED] > self._arrived:
-            self._arrived = int(graph.tables.book.counts[ARRIVED])
-            self._arrive()
-
-    def _arrive(self) -> None:
-        """Look for the best way that leads to the goal."""
-        poses, book = self.graph.tables.poses, self.graph.tables.book
-        states = slice(0, int(book.counts[STATES]))
-        there = np.flatnonzero(poses.goal[book.pose[states]] & (book.cost[states] < self.cost))
-        for number in there[np.argsort(book.cost[there], kind="stable")].tolist():
-            if self._stands(number):
-                self._best, self.cost = number, float(book.cost[number])
-                return
-
-    def _stands(self, number: int) -> bool:
-        """Whether fingers get to where they are at the start of a way, and off at its end.
-
-        The grids that say so are no mirror images: where they refuse a set, its images are asked.
-        """
-        hands, book = self.graph.tables.hands, self.graph.tables.book
-        hand, problem = int(book.hand[number]), self._judge.problem
-        if not hands.alive[hand]:
-            return False
-        placements, reach = self.graph.placements(hand), self._judge.reach
-        start = problem.object_graph.pose(START)
-        if reach.landing(start, placements, problem.fingers.standing) is None:
-            hands.alive[hand] = False
-            self.graph.open_images(hand)
-            return False
-        end = problem.object_graph.pose(int(book.pose[number]))
-        stands = not problem.fingers.leave or reach.landing(end, placements) is not None
-        if not stands:
-            self.graph.open_images(hand)
-        return stands
+    def _regrasp(self) -> None:
+        """Look for plans that regrasp once, too."""
+        graph, self._goes_on = self.graph, False
+        assert graph.planar is not None
+        once = RegraspGraph(self._judge, graph, graph.planar)
+        if not once.full:
+            self._searches.append(StateSearch(self._judge, once, self._log))
+            self._others = regrasping(self._judge, graph.goal_sets, 2)
 
     def moves(self) -> tuple[Move, ...]:
         """Return the best plan's moves; none where no plan is known."""
-        if self._best < 0:
-            return ()
-        nodes = self.graph.way(self._best)
-        placements = self.graph.placements(int(self.graph.tables.book.hand[self._best]))
-        way = self._judge.problem.object_graph.way(nodes)
-        return moves_of(self._judge, way, [(placements, 0, len(nodes) - 1)])
+        return min(self._searches, key=lambda search: search.cost).moves()
+
+
+def regrasping(judge: Judge, goal_sets: GoalSets, times: int) -> float:
+    """Return a lower bound on plans that regrasp so often, or more often."""
+    hand, price = judge.problem.fingers, float(judge.problem.cost.regrasp)
+    n, start = hand.count, judge.problem.object_graph.pose(START)
+    free, motion = judge.node(start).free, judge.problem.motion
+    there = goal_sets.free()
+    assert isinstance(motion, FreeMotion)
+    ways = [
+        GoalDistance(motion.goal, judge.centres(i)[free[i] & there[i]])
+        .distances(start.rotation, start.position)
+        .min(initial=math.inf)
+        for i in range(n)
+    ]
+    some = times * price + min(ways) if n > times else math.inf
+    return min(some, max(n, times) * price)

@@ -1,0 +1,90 @@
+"""A* over states of the object with fingertips in place, all sets of placements at once."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, final
+
+import numpy as np
+
+from gm_ompl import limits
+from gm_ompl.arrays import IntArray
+from gm_ompl.errors import LimitError
+from gm_ompl.feasibility.judge import Judge
+from gm_ompl.graph.kept_tables import ARRIVED
+from gm_ompl.graph.state_graph import StateGraph
+from gm_ompl.holds.extraction import moves_of
+from gm_ompl.planners.outcome import Log
+from gm_ompl.problem import Move
+
+SAME: Final = 1e-9
+"""A plan is no better by less than this, relatively."""
+
+
+@final
+class StateSearch:
+    """One search; it can be gone on with.
+
+    Args:
+        judge: answers about the problem.
+        graph: states of the plans that are looked for.
+        log: its budget is spent.
+
+    Attributes:
+        graph: likewise.
+        bound: no such plan is cheaper.
+        cost: of the best plan that was found, or +inf.
+        expanded: states that were followed, those followed again included.
+    """
+
+    def __init__(self, judge: Judge, graph: StateGraph, log: Log) -> None:
+        self._judge, self._log, self.graph = judge, log, graph
+        self._best, self._arrived, self._limit = -1, 0, 0.0
+        self.bound, self.cost, self.expanded = 0.0, math.inf, 0
+        self._arrive()
+
+    def step(self, enough: float) -> None:
+        """Go on where plans cheaper than ``enough`` may begin.
+
+        Raises:
+            LimitError: a limit is reached.
+        """
+        limits.check()
+        if self._log.meter.spent():
+            raise LimitError
+        graph, most = self.graph, min(self.cost, enough)
+        open_, key = graph.open, graph.tables.book.key
+        front = float(key[open_].min(initial=math.inf))
+        if front >= most * (1.0 - SAME):
+            self.bound = max(self.bound, most)
+            return
+        self.bound = max(self.bound, front)
+        ahead = front + graph.slack * (front - graph.paid)
+        self._limit = min(most * (1.0 - SAME), max(self._limit, ahead))
+        if not graph.reach(self._limit):
+            self._follow(open_[key[open_] <= self._limit])
+
+    def _follow(self, which: IntArray) -> None:
+        """Follow what leads on from states, and find what was asked for."""
+        graph = self.graph
+        graph.follow(which, self._limit)
+        self.expanded += len(which)
+        if graph.tables.book.counts[ARRIVED] > self._arrived:
+            self._arrived = int(graph.tables.book.counts[ARRIVED])
+            self._arrive()
+
+    def _arrive(self) -> None:
+        """Look for the best way that leads to the goal."""
+        there, cost = self.graph.arrived(), self.graph.tables.book.cost
+        there = there[cost[there] < self.cost]
+        for number in there[np.argsort(cost[there], kind="stable")].tolist():
+            if self.graph.stands(number):
+                self._best, self.cost = number, float(cost[number])
+                return
+
+    def moves(self) -> tuple[Move, ...]:
+        """Return the best plan's moves; none where no plan is known."""
+        if self._best < 0:
+            return ()
+        nodes, legs = self.graph.legs(self._best)
+        return moves_of(self._judge, self._judge.problem.object_graph.way(nodes), legs)
