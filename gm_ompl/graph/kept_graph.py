@@ -15,7 +15,7 @@ from gm_ompl.graph.goal_distance import GoalDistance
 from gm_ompl.graph.goal_sets import GoalSets
 from gm_ompl.graph.kept_arcs import START, KeptObject
 from gm_ompl.graph.kept_bounds import PlanarBounds, turning_axis
-from gm_ompl.graph.kept_room import new_book, no_floor, no_relaxed
+from gm_ompl.graph.kept_room import ASKS, new_book, no_floor, no_relaxed
 from gm_ompl.graph.kept_states import begin
 from gm_ompl.graph.kept_tables import EMPTY, STATES, KeptSets, KeptTables, Prices
 from gm_ompl.graph.mirror import Orbits
@@ -76,7 +76,7 @@ class KeptGraph(StateGraph):
             KeptSets(rows, shapes, alive, lifts, known, kept, target),
             no_floor(S) if self._floor is None else self._floor.table,
             own.poses, own.bodies, GoalDistance.together(goals), own.arcs,
-            new_book(max(1024, 2 * S), 1 << 16),
+            new_book(max(1024, 2 * S), 1 << 16, ASKS),
             Prices(problem.cost.stability, problem.z_floor, problem.cost.regrasp),
             no_relaxed(S),
         )  # fmt: skip

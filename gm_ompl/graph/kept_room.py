@@ -42,10 +42,10 @@ def no_arcs(F: int, P: int, parts: int) -> KeptArcs:
 
 def no_relaxed(sets: int) -> Relaxed:
     """Return what says nothing of so many sets."""
-    return Relaxed(np.full(sets, EMPTY), np.zeros(sets), new_book(1, 1, 0), np.zeros(0), 0.0)
+    return Relaxed(np.full(sets, EMPTY), np.zeros(sets), new_book(1, 1, 0), np.zeros(0), np.inf)
 
 
-def new_book(room: int, slots: int, asks: int = ASKS) -> StateBook:
+def new_book(room: int, slots: int, asks: int) -> StateBook:
     """Return a book with room for so many states, slots for margins, and room to ask for them."""
     hashed = 1 << int(2 * room - 1).bit_length()
     numbers, reals = np.zeros((4, room), dtype=np.int64), np.full((3, room), np.inf)

@@ -17,9 +17,9 @@ from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.kept_arcs import START
 from gm_ompl.graph.kept_bounds import PlanarBounds
 from gm_ompl.graph.kept_graph import MOST_SETS, NOWHERE, SET_BYTES, KeptGraph
-from gm_ompl.graph.kept_room import new_book, no_floor
+from gm_ompl.graph.kept_room import ASKS, new_book, no_floor
 from gm_ompl.graph.kept_states import begin, put_down, renew
-from gm_ompl.graph.kept_tables import EMPTY, STATES, KeptSets
+from gm_ompl.graph.kept_tables import EMPTY, SAME, STATES, KeptSets
 from gm_ompl.graph.mirror import Orbits
 from gm_ompl.graph.relaxed import RelaxedSets
 from gm_ompl.graph.state_graph import StateGraph
@@ -68,7 +68,7 @@ class RegraspGraph(StateGraph):
         stand[S + np.flatnonzero(may)] = seen.rows
         extra = np.concatenate([np.zeros(S), np.full(H, problem.cost.regrasp)])
         tables = kept.tables._replace(
-            hands=hands, floor=no_floor(S + H), book=new_book(max(1024, 2 * S), 1 << 16),
+            hands=hands, floor=no_floor(S + H), book=new_book(max(1024, 2 * S), 1 << 16, ASKS),
             relaxed=seen._replace(rows=stand, extra=extra),
         )  # fmt: skip
         super().__init__(judge, kept.object, tables)
@@ -101,7 +101,7 @@ class RegraspGraph(StateGraph):
         relaxed, paid = self.tables.relaxed, self.paid
         if relaxed.reached > limit:
             return False
-        self.full |= not self._relaxed.reach(limit - paid, self.object)
+        self.full |= not self._relaxed.reach(limit * (1.0 + SAME) - paid, self.object)
         seen = self._relaxed.seen
         known = {"book": seen.book, "after": seen.after, "reached": seen.reached + paid}
         self.tables = self.tables._replace(relaxed=relaxed._replace(**known))

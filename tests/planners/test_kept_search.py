@@ -12,7 +12,7 @@ import pytest
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
-from gm_ompl.graph import kept_graph
+from gm_ompl.graph import kept_graph, kept_room
 from gm_ompl.graph.closure import Closure
 from gm_ompl.planners import free_search
 from gm_ompl.planners.free_search import FreeSearch
@@ -219,6 +219,7 @@ def test_lanes_go_on_where_there_is_no_memory_for_the_other_search() -> None:
 
     with (
         mock.patch.object(kept_graph, "limits", mock.Mock(fits=fits)),
+        mock.patch.object(kept_room, "limits", mock.Mock(fits=fits)),
         mock.patch.object(kept_graph, "ASKS", 1 << 18),
     ):
         found, turns = in_turns(problem, Budget())
