@@ -30,6 +30,9 @@ POINTS: Final = 3
 LEVEL: Final = 1e-9
 """A component of a unit vector that counts as nothing."""
 
+ALIKE: Final = 1e-12
+"""Fingertips are in one place where they differ by no more than this, relative to D."""
+
 AT_ONCE: Final = 512
 """Sets of placements treated at once, between two looks at the limits."""
 
@@ -102,15 +105,15 @@ class Outline(NamedTuple):
 
     Attributes:
         ends: (S, 2, 2), the pieces' ends; the last one is the centre of mass.
-        near: per finger, (P, S, 2), each fingertip's distance at the pieces' ends, from below; less
-            what moving a point by the contact tolerance takes from a gap of ``set_up``.
-        tips: per finger, (P, 2).
+        near: (Q, S, 2), the distance of each place of fingertips at the pieces' ends, from below;
+            less what moving a point by the contact tolerance takes from a gap of ``set_up``.
+        tips: (Q, 2), the places.
         points: (M, 2), points of the object to choose from.
     """
 
     ends: Array
-    near: list[Array]
-    tips: list[Array]
+    near: Array
+    tips: Array
     points: Array
 
 
@@ -124,6 +127,7 @@ class PlanarBounds:
 
     Attributes:
         target: where the object must end.
+        sites: per finger, (P,), which fingertips the plane shows in one place.
     """
 
     def __init__(self, judge: Judge, axis: int) -> None:
@@ -132,7 +136,11 @@ class PlanarBounds:
         assert isinstance(motion, FreeMotion)
         # Turned by a positive angle the first goes towards the second.
         self._plane, self._from = [(axis + 1) % 3, (axis + 2) % 3], motion.start.rotation
-        self._outline = self._shown(judge)
+        tips = [self._flat(judge.centres(i)) for i in range(problem.fingers.count)]
+        near = np.rint(np.concatenate(tips) / (ALIKE * problem.body.diagonal))
+        _, first, of = np.unique(near, axis=0, return_index=True, return_inverse=True)
+        self.sites = np.split(of.reshape(-1), len(tips))
+        self._outline = self._shown(problem, np.concatenate(tips)[first])
         # Judged from end to end, the middle one of three segments is half of all.
         longest = 1.5 if motion.ends else 1.0
         delta = longest * motion.steps.rotation / problem.cost.samples_per_arc
@@ -140,37 +148,21 @@ class PlanarBounds:
         self._steepest = 1.0 if leans(problem, axis) else float(SLOPES[-1])
         self._goal, self.target = motion.goal, self._target(motion.goal)
 
-    def _shown(self, judge: Judge) -> Outline:
-        problem = judge.problem
+    def _shown(self, problem: Problem, tips: Array) -> Outline:
         ends = np.concatenate(
             [_rim(self._flat(piece.vertices)) for piece in problem.body.pieces]
             + [np.zeros((1, 2, 2))]
         )
-        tips = [self._flat(judge.centres(i)) for i in range(problem.fingers.count)]
         far = np.abs(self._flat(problem.body.vertices)).max(axis=0) * 1.5
         axes = [np.linspace(-f, f, POINTS) for f in far]
         points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
         # What counts as touched is off the outline by no more than the contact tolerance.
         off = (1.0 + SLOPES[-1]) * problem.environment.contact_tolerance * problem.body.diagonal
-        return Outline(ends, [_from_pieces(t, ends) - off for t in tips], tips, points)
+        return Outline(ends, _from_pieces(tips, ends) - off, tips, points)
 
     def _flat(self, points: Array) -> Array:
         """Return points (m, 3) of the object as the plane shows them at the start, (m, 2)."""
         return np.ascontiguousarray((points @ self._from.T)[:, self._plane])
-
-    def alike(self, points: Array, near: float) -> tuple[IntArray, IntArray]:
-        """Return which of points (m, 3) of the object the plane shows in one place.
-
-        Args:
-            points: of the object.
-            near: how far they may be from each other.
-
-        Returns:
-            The first of each place; and which place each point is in, (m,).
-        """
-        places = np.rint(self._flat(points) / near)
-        _, first, of = np.unique(places, axis=0, return_index=True, return_inverse=True)
-        return first, of.reshape(-1)
 
     def _turns(self, rotations: Array) -> Array:
         """Return by how much the object is turned [rad], (...), counted from the start."""
@@ -210,19 +202,20 @@ class PlanarBounds:
         Raises:
             LimitError: a limit is reached.
         """
-        outline, found = self._outline, np.empty((len(rows), POTENTIALS, 4))
-        which = range(len(outline.tips)) if fingers is None else fingers.tolist()
+        which = range(len(self.sites)) if fingers is None else fingers.tolist()
+        at = [self.sites[i][row] for i, row in zip(which, rows.T, strict=True)]
+        # Who is in which place does not matter.
+        sets, of = np.unique(np.sort(np.stack(at, axis=1), axis=1), axis=0, return_inverse=True)
+        outline, found = self._outline, np.empty((len(sets), POTENTIALS, 4))
 
         def work(part: slice) -> None:
-            some = list(zip(which, rows[part].T, strict=True))
-            near = np.stack([outline.near[i][row] for i, row in some], axis=1)
-            tips = np.stack([outline.tips[i][row] for i, row in some], axis=1)
+            near, tips = outline.near[sets[part]], outline.tips[sets[part]]
             set_up_all(near, outline.points, outline.ends, self._kappa, tips, found[part])
 
-        share_out(work, len(rows), most=AT_ONCE)
+        share_out(work, len(sets), most=AT_ONCE)
         # A shorter y gains less from rotations.
         found[..., 2] = np.minimum(found[..., 2], self._steepest)
-        return found
+        return found[of.reshape(-1)]
 
 
 def _rim(points: Array) -> Array:

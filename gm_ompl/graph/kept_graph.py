@@ -25,7 +25,6 @@ from gm_ompl.holds.extraction import Leg
 from gm_ompl.holds.goals import restricted
 from gm_ompl.holds.sets import placement_sets
 from gm_ompl.motion.free import FreeMotion
-from gm_ompl.problem import Placements
 
 MOST_SETS: Final = 1_000_000
 """Sets of placements that are treated at once."""

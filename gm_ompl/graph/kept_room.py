@@ -8,7 +8,7 @@ import numpy as np
 
 from gm_ompl import limits
 from gm_ompl.arrays import with_room
-from gm_ompl.graph.kept_states import rehash
+from gm_ompl.graph.kept_book import rehash
 from gm_ompl.graph.kept_tables import (
     EMPTY,
     STATES,

@@ -12,11 +12,10 @@ import numpy as np
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined, lean
 from gm_ompl.graph.goal_distance import way_left
+from gm_ompl.graph.kept_book import find, margin, meet, put
 from gm_ompl.graph.kept_tables import (
     ARRIVED,
-    ASKED,
     ASKED_FOR,
-    ASKS_APART,
     BLOCKED,
     EMPTY,
     FAILED,
@@ -30,63 +29,16 @@ from gm_ompl.graph.kept_tables import (
     KeptSets,
     KeptTables,
     Relaxed,
-    StateBook,
 )
 from gm_ompl.graph.potentials import potential
 from gm_ompl.holds.sets import LIFTED
 
 
-@inlined
-def _home(key: int, slots: int) -> int:
-    mixed = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
-    return int(np.int64((mixed ^ (mixed >> np.uint64(32))) & np.uint64(slots - 1)))
-
-
-@lean
-def find(book: StateBook, pose: int, hand: int) -> int:
-    """Return the slot of a state, or the empty one where it would be."""
-    slot = _home(pose * 0x1000003 + hand, len(book.slots))
-    while book.slots[slot] != EMPTY:
-        number = book.slots[slot]
-        if book.pose[number] == pose and book.hand[number] == hand:
-            break
-        slot = (slot + 1) & (len(book.slots) - 1)
-    return int(slot)
-
-
-@lean
-def margin_slot(asks: IntArray, ask: int) -> int:
-    """Return the slot of a margin, or the empty one where it would be."""
-    slot = _home(ask, len(asks))
-    while asks[slot] != EMPTY and asks[slot] != ask:
-        slot = (slot + 1) & (len(asks) - 1)
-    return int(slot)
-
-
-@compiled
-def rehash(book: StateBook, old_asks: IntArray, old_margins: Array) -> None:
-    """Fill the slots of a book that has grown."""
-    for number in range(book.counts[STATES]):
-        book.slots[find(book, book.pose[number], book.hand[number])] = number
-    for k in range(len(old_asks)):
-        if old_asks[k] != EMPTY:
-            slot = margin_slot(book.asks, old_asks[k])
-            book.asks[slot], book.margins[slot] = old_asks[k], old_margins[k]
-
-
-@compiled
-def learn(book: StateBook, zs: Array) -> None:
-    """Write the margins of what was asked for."""
-    for k in range(book.counts[ASKED]):
-        slot = margin_slot(book.asks, book.new[k, 0] * ASKS_APART + book.new[k, 1])
-        book.margins[slot] = zs[k]
-    book.counts[ASKED] = 0
-
-
 @lean
 def ahead(pose: int, hand: int, tables: KeptTables) -> float:
     """Return a lower bound on the cost from a state to the goal; +inf: beyond what was reached."""
-    hands, places, bodies, least, most = tables.hands, tables.poses.places, tables.bodies, np.inf, 0.0
+    hands, places, bodies = tables.hands, tables.poses.places, tables.bodies
+    least, most = np.inf, 0.0
     for i in range(hands.lifts.shape[1]):
         hub = hands.lifts[hand, i]
         if hub != EMPTY and hands.alive[hub]:
@@ -124,26 +76,6 @@ def _left_on_floor(row: int, attitude: int, R: Array, p: Array, floor: FloorTabl
         here = p[c] + R[c, 0] * o[0] + R[c, 1] * o[1] + R[c, 2] * o[2]
         left += floor.ways[row, c] * (floor.goal[c] - here)
     return float(left)
-
-
-@lean
-def meet(pose: int, hand: int, bound: float, book: StateBook) -> int:
-    """Return the number of a state; a new one, of that bound, costs +inf and is not open."""
-    slot = find(book, pose, hand)
-    if book.slots[slot] == EMPTY:
-        number = book.counts[STATES]
-        book.counts[STATES] += 1
-        book.slots[slot], book.pose[number], book.hand[number] = number, pose, hand
-        book.cost[number] = book.key[number] = np.inf
-        book.bound[number] = bound
-    return int(book.slots[slot])
-
-
-@lean
-def put(book: StateBook, number: int, cost: float, parent: int, via: int) -> None:
-    """Write a state's cost, parent and arc; it is open."""
-    book.cost[number], book.parent[number], book.via[number] = cost, parent, via
-    book.key[number] = cost + book.bound[number]
 
 
 @compiled
@@ -208,15 +140,15 @@ def _lift(number: int, hub: int, limit: float, tables: KeptTables) -> float:
     if left == np.inf:
         return beyond(tables.relaxed)
     if here + left > limit:
-        return here + left
+        return float(here + left)
     if tables.poses.rests[pose] < 0:
         tables.poses.rests[pose] = ASKED_FOR
-        return here + left
-    z = _margin(tables.poses.rests[pose], hub, book)
+        return float(here + left)
+    z = margin(tables.poses.rests[pose], hub, book)
     if z == FAILED:
         return np.inf
     if np.isnan(z):
-        return here + left
+        return float(here + left)
     put(book, meet(pose, hub, left, book), here, number, EMPTY)
     return np.inf
 
@@ -292,7 +224,7 @@ def _price(kind: int, form: int, hand: int, tables: KeptTables) -> tuple[float, 
     for j in range(arcs.chords.shape[1]):
         z = np.inf
         if kind >= 0 and arcs.states[kind, j] >= 0:
-            z = _margin(arcs.states[kind, j], hand, tables.book)
+            z = margin(arcs.states[kind, j], hand, tables.book)
         if z == FAILED:
             return np.inf, True
         if np.isnan(z):
@@ -315,21 +247,6 @@ def _arm(tip: Array, point: Array, way: Array) -> float:
     along = x * way[0] + y * way[1] + z * way[2]
     x, y, z = x - along * way[0], y - along * way[1], z - along * way[2]
     return float(np.sqrt(x * x + y * y + z * z))
-
-
-@inlined
-def _margin(state: int, hand: int, book: StateBook) -> float:
-    """Return a margin; NaN where it is not known, and it is asked for."""
-    ask = state * ASKS_APART + hand
-    slot = margin_slot(book.asks, ask)
-    if book.asks[slot] != EMPTY:
-        return float(book.margins[slot])
-    row = book.counts[ASKED]
-    if row < len(book.new):
-        book.asks[slot], book.margins[slot] = ask, np.nan
-        book.new[row, 0], book.new[row, 1] = state, hand
-        book.counts[ASKED] += 1
-    return np.nan
 
 
 @lean

@@ -1,8 +1,8 @@
 """States of plans that regrasp once, made on demand.
 
 A finger is lifted where the others hold the object at rest, and put down elsewhere: through hubs,
-sets with a finger in the air. So all fingers but one stay from the start to the end; what these must
-travel at least bounds what follows.
+sets with a finger in the air. So all fingers but one stay from the start to the end; what these
+must travel at least bounds what follows.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array, BoolArray, IntArray, with_room
+from gm_ompl.arrays import BoolArray, IntArray, with_room
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.kept_arcs import START
 from gm_ompl.graph.kept_bounds import PlanarBounds
@@ -41,8 +41,6 @@ class RegraspGraph(StateGraph):
         kept: states of plans that do not regrasp.
         planar: its potentials.
     """
-
-    slack = 0.01
 
     def __init__(self, judge: Judge, kept: KeptGraph, planar: PlanarBounds) -> None:
         problem = judge.problem
@@ -80,7 +78,7 @@ class RegraspGraph(StateGraph):
         begin(orbits[alive[orbits]], self.tables)
 
     def _hubs(self, rows: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the hubs (H, n) next to sets (S, n), and which lifting a finger leads to (S, n)."""
+        """Return the hubs (H, n) of sets (S, n), and which lifting a finger leads to (S, n)."""
         each = np.repeat(rows[:, None], rows.shape[1], axis=1)
         n = rows.shape[1]
         each[:, np.arange(n), np.arange(n)] = LAST
@@ -103,8 +101,10 @@ class RegraspGraph(StateGraph):
             return False
         self.full |= not self._relaxed.reach(limit * (1.0 + SAME) - paid, self.object)
         seen = self._relaxed.seen
-        known = {"book": seen.book, "after": seen.after, "reached": seen.reached + paid}
-        self.tables = self.tables._replace(relaxed=relaxed._replace(**known))
+        relaxed = relaxed._replace(
+            book=seen.book, after=seen.after, reached=seen.reached + paid
+        )  # fmt: skip
+        self.tables = self.tables._replace(relaxed=relaxed)
         self._take_in()
         renew(self.open, self.tables)
         return True
@@ -153,18 +153,21 @@ class RegraspGraph(StateGraph):
         """Take in sets (m, n) that a hub leads to; return their numbers."""
         hands, relaxed, first = self.tables.hands, self.tables.relaxed, self._count
         self._count += len(rows)
-        new = np.arange(first, self._count)
-
-        def room(column: Array | IntArray | BoolArray) -> Array | IntArray | BoolArray:
-            return with_room(column, first, self._count)
-
-        grown = {name: room(getattr(hands, name)) for name in ("rows", "alive", "lifts", "known")}
-        seen = {name: room(getattr(relaxed, name)) for name in ("rows", "extra")}
-        grown["rows"][new], grown["alive"][new], grown["lifts"][new] = rows, True, EMPTY
-        seen["rows"][new], seen["extra"][new] = relaxed.rows[hub], 0.0
-        self.tables = self.tables._replace(
-            hands=hands._replace(**grown), relaxed=relaxed._replace(**seen),
+        new, used = np.arange(first, self._count), (first, self._count)
+        hands = hands._replace(
+            rows=with_room(hands.rows, *used), alive=with_room(hands.alive, *used),
+            lifts=with_room(hands.lifts, *used), known=with_room(hands.known, *used),
         )  # fmt: skip
+        hands.rows[new], hands.alive[new], hands.lifts[new], hands.known[new] = (
+            rows,
+            True,
+            EMPTY,
+            False,
+        )
+        stand, extra = with_room(relaxed.rows, *used), with_room(relaxed.extra, *used)
+        stand[new], extra[new] = relaxed.rows[hub], 0.0
+        relaxed = relaxed._replace(rows=stand, extra=extra)
+        self.tables = self.tables._replace(hands=hands, relaxed=relaxed)
         return new
 
     def arrived(self) -> IntArray:

@@ -9,7 +9,7 @@ than what the search has reached.
 
 from __future__ import annotations
 
-from typing import Final, final
+from typing import final
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from gm_ompl.graph.kept_tables import EMPTY, READY, STATES, KeptSets, KeptTables
 from gm_ompl.graph.potentials import POTENTIALS
 from gm_ompl.holds.sets import LIFTED
 from gm_ompl.motion.free import FreeMotion
-
-ALIKE: Final = 1e-12
-"""Fingertips are in one place where they differ by no more than this, relative to D."""
 
 
 @final
@@ -50,15 +47,17 @@ class RelaxedSets:
         self, judge: Judge, planar: PlanarBounds, rows: IntArray, like: KeptTables
     ) -> None:
         problem, shapes = judge.problem, like.hands.shapes
-        near, motion = ALIKE * problem.body.diagonal, problem.motion
+        motion = problem.motion
         assert isinstance(motion, FreeMotion)
         fingers = list(firsts_of(problem.fingers.shapes).values())
-        places = [planar.alike(judge.centres(i), near) for i in fingers]
-        self._of = np.stack([of for _, of in places])
-        most = max(len(first) for first, _ in places)
+        every = [
+            np.unique(planar.sites[i], return_index=True, return_inverse=True) for i in fingers
+        ]
+        self._of = np.stack([of for _, _, of in every])
+        most = max(len(first) for _, first, _ in every)
         goals = [
             GoalDistance(motion.goal, judge.centres(i)[np.resize(first, most)])
-            for i, (first, _) in zip(fingers, places, strict=True)
+            for i, (_, first, _) in zip(fingers, every, strict=True)
         ]
         own = np.where(rows == LIFTED, LIFTED, self._of[shapes, rows])
         for group in problem.fingers.groups():

@@ -10,8 +10,9 @@ from gm_ompl.arrays import IntArray
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.kept_arcs import KeptObject
+from gm_ompl.graph.kept_book import learn
 from gm_ompl.graph.kept_room import book_with_room
-from gm_ompl.graph.kept_states import expand, learn
+from gm_ompl.graph.kept_states import expand
 from gm_ompl.graph.kept_tables import ASKED, EMPTY, FAILED, STATES, KeptTables
 from gm_ompl.holds.extraction import Leg
 from gm_ompl.holds.sets import LIFTED
@@ -34,7 +35,7 @@ class StateGraph(ABC):
         slack: the limit on bounds is ahead of the least one by this, relative to what is to travel.
     """
 
-    paid, slack = 0.0, 0.02
+    paid, slack = 0.0, 0.01
 
     def __init__(self, judge: Judge, own: KeptObject, tables: KeptTables) -> None:
         self._judge, self.object, self.tables, self.full = judge, own, tables, False
