@@ -103,7 +103,7 @@ class KeptSearch:
         assert graph.planar is not None
         once = RegraspGraph(self._judge, graph, graph.planar)
         if not once.full:
-            self._searches.append(StateSearch(self._judge, once, self._log))
+            self._searches.append(StateSearch(self._judge, once, self._log, self._others))
             self._others = regrasping(self._judge, graph.goal_sets, 2)
 
     def moves(self) -> tuple[Move, ...]:

@@ -29,6 +29,7 @@ class StateSearch:
         judge: answers about the problem.
         graph: states of the plans that are looked for.
         log: its budget is spent.
+        bound: what such plans are known to cost at least.
 
     Attributes:
         graph: likewise.
@@ -37,10 +38,10 @@ class StateSearch:
         expanded: states that were followed, those followed again included.
     """
 
-    def __init__(self, judge: Judge, graph: StateGraph, log: Log) -> None:
+    def __init__(self, judge: Judge, graph: StateGraph, log: Log, bound: float = 0.0) -> None:
         self._judge, self._log, self.graph = judge, log, graph
         self._best, self._arrived, self._limit = -1, 0, 0.0
-        self.bound, self.cost, self.expanded = 0.0, math.inf, 0
+        self.bound, self.cost, self.expanded = bound, math.inf, 0
         self._arrive()
 
     def step(self, enough: float) -> None:
