@@ -33,7 +33,7 @@ FEW_NODES: Final = 4000
 """Where these may have the proof, larger parts of the object graph are not searched over lanes."""
 
 SHARE: Final = 5.0
-"""Plans without regrasping get so many times the time of lanes."""
+"""Plans that regrasp once at most get so many times the time of lanes."""
 
 BUILDING: Final = 2.0
 """Before it is searched, a part takes about so many times as long as finding its nodes."""
