@@ -1,7 +1,7 @@
 """Exact search of free motion, whose object graph is made on demand.
 
-Two searches share the work. One is for plans without regrasping; it needs few poses where those
-with regrasps are dearer than the best plan. The other is over lanes, in ever larger parts of the
+Two searches share the work. One is for plans that regrasp at most once; it needs few poses where
+those that regrasp more often are dearer than the best plan. The other is over lanes, in ever larger parts of the
 object graph, until no better plan can leave the part. Whichever ends first has the proof.
 """
 
@@ -33,7 +33,7 @@ FEW_NODES: Final = 4000
 """Where these may have the proof, larger parts of the object graph are not searched over lanes."""
 
 SHARE: Final = 5.0
-"""Plans that regrasp once at most get so many times the time of lanes."""
+"""Plans that regrasp at most once get so many times the time of lanes."""
 
 BUILDING: Final = 2.0
 """Before it is searched, a part takes about so many times as long as finding its nodes."""
@@ -57,10 +57,10 @@ class FreeSearch:
         self._part: PartSearch | None = None
         self._reached = False
         self._counts = np.zeros((2, 2), dtype=np.int64)  # expanded, generated: before, in this part
-        self._taken = [0.0, 0.0]  # by lanes, and by plans without regrasping [s]
+        self._taken = [0.0, 0.0]  # by lanes, and by the other search [s]
         self._asked = 0  # iterations of both
         self._paused = False  # whether a turn of lanes was over
-        self._resting = False  # whether lanes leave the proof to plans without regrasping
+        self._resting = False  # whether lanes leave the proof to the other search
         self._growing = 0.0  # what the closure has taken [s]
         self._due = 0.0  # what building the next part will take, where that waits [s]
 
@@ -137,7 +137,7 @@ class FreeSearch:
         return not self._resting
 
     def _affords(self) -> bool:
-        """Whether plans without regrasping had their share of what building a part will take."""
+        """Whether the other search had its share of what building a part will take."""
         self._due = BUILDING * self._growing
         if self._due > TURN:
             kept, share = self._kept, SHARE * (self._taken[0] + self._due)
@@ -178,7 +178,7 @@ class FreeSearch:
         return dataclasses.replace(found, statistics={**found.statistics, **counts})
 
     def _keep(self) -> bool:
-        """Go on with the search for plans without regrasping; whether a plan is optimal."""
+        """Go on with plans that regrasp at most once; whether a plan is optimal."""
         kept, cost = self._kept, self._result.cost
         if kept is None:
             return False
@@ -195,7 +195,7 @@ class FreeSearch:
         return self._result.optimal
 
     def _take_kept(self) -> None:
-        """Take over what the search for plans without regrasping has found so far."""
+        """Take over what the other search has found so far."""
         kept, result = self._kept, self._result
         if kept is None:
             return

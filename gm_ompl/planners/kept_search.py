@@ -1,4 +1,4 @@
-"""Exact search for plans of free motion that regrasp once at most.
+"""Exact search for plans of free motion that regrasp at most once.
 
 Plans with k regrasps cost at least k X_regr and what fingertips that are kept must travel; so a
 plan that regrasps less often and is cheaper than all of those is optimal. Plans that regrasp once
