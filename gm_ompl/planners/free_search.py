@@ -1,8 +1,9 @@
 """Exact search of free motion, whose object graph is made on demand.
 
 Two searches share the work. One is for plans that regrasp at most once; it needs few poses where
-those that regrasp more often are dearer than the best plan. The other is over lanes, in ever larger parts of the
-object graph, until no better plan can leave the part. Whichever ends first has the proof.
+those that regrasp more often are dearer than the best plan. The other is over lanes, in ever larger
+parts of the object graph, until no better plan can leave the part. Whichever ends first has the
+proof.
 """
 
 from __future__ import annotations
