@@ -63,9 +63,13 @@ def ahead(pose: int, hand: int, tables: KeptTables) -> float:
 
 @lean
 def _after(pose: int, hand: int, relaxed: Relaxed) -> float:
-    """Return what follows where some fingers stay to the end, by what stands for them."""
+    """Return what follows where some fingers stay to the end, by what stands for them.
+
+    Of states that were met since, nothing is known yet.
+    """
     there = relaxed.book.slots[find(relaxed.book, pose, relaxed.rows[hand])]
-    return float(relaxed.extra[hand] + relaxed.after[there]) if there != EMPTY else np.inf
+    known = there != EMPTY and there < len(relaxed.after)
+    return float(relaxed.extra[hand] + relaxed.after[there]) if known else np.inf
 
 
 @inlined

@@ -80,6 +80,7 @@ class RelaxedSets:
         )  # fmt: skip
         begin(np.arange(R), self.tables)
         self._left, self._steps = np.zeros(0), 0
+        self._followed = list[IntArray]()  # whose steps are to be listed: a limit may come before
         self._ends, self._costs = np.zeros((0, 2), dtype=np.int64), np.zeros(0)
         self.seen = Relaxed(of.reshape(-1), np.zeros(R), self.tables.book, self._left, 0.0)
 
@@ -89,10 +90,9 @@ class RelaxedSets:
         Raises:
             LimitError: a limit in force is reached.
         """
-        followed = list[IntArray]()
         while len(which := self._open(limit)):
             limits.check()
-            followed.append(which)
+            self._followed.append(which)
             of = self.tables.book.pose[which]
             own.prepare(of)
             self._take_in(own)
@@ -106,7 +106,9 @@ class RelaxedSets:
                 which = which[expand(which, limit, self.tables) :]
             own.learn()
             self._take_in(own)
-        self._list(np.unique(np.concatenate([*followed, self._open(-1.0)])))
+        if self._followed:
+            self._list(np.unique(np.concatenate(self._followed)))
+            self._followed.clear()
         self._settle(limit)
         return True
 

@@ -99,9 +99,10 @@ class KeptSearch:
 
     def _regrasp(self) -> None:
         """Look for plans that regrasp once, too."""
-        graph, self._goes_on = self.graph, False
+        graph = self.graph
         assert graph.planar is not None
         once = RegraspGraph(self._judge, graph, graph.planar)
+        self._goes_on = False  # last: a limit may be reached before
         if not once.full:
             self._searches.append(StateSearch(self._judge, once, self._log, self._others))
             self._others = regrasping(self._judge, graph.goal_sets, 2)

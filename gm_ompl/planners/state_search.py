@@ -53,6 +53,7 @@ class StateSearch:
         limits.check()
         if self._log.meter.spent():
             raise LimitError
+        self._take_arrived()
         graph, most = self.graph, min(self.cost, enough)
         open_, key = graph.open, graph.tables.book.key
         front = float(key[open_].min(initial=math.inf))
@@ -70,9 +71,14 @@ class StateSearch:
         graph = self.graph
         graph.follow(which, self._limit)
         self.expanded += len(which)
-        if graph.tables.book.counts[ARRIVED] > self._arrived:
-            self._arrived = int(graph.tables.book.counts[ARRIVED])
+        self._take_arrived()
+
+    def _take_arrived(self) -> None:
+        """Look for a better way where some have led to the goal since."""
+        arrived = int(self.graph.tables.book.counts[ARRIVED])
+        if arrived > self._arrived:
             self._arrive()
+            self._arrived = arrived  # last: a limit may be reached before
 
     def _arrive(self) -> None:
         """Look for the best way that leads to the goal."""
