@@ -90,6 +90,7 @@ class RelaxedSets:
         Raises:
             LimitError: a limit in force is reached.
         """
+        self._take_in(own)  # others may have learnt since
         while len(which := self._open(limit)):
             limits.check()
             self._followed.append(which)
