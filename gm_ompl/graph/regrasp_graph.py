@@ -101,6 +101,8 @@ class RegraspGraph(StateGraph):
             return False
         self.full |= not self._relaxed.reach(limit * (1.0 + SAME) - paid, self.object)
         seen = self._relaxed.seen
+        if relaxed.after is seen.after:
+            return True  # that takes some steps
         relaxed = relaxed._replace(
             book=seen.book, after=seen.after, reached=seen.reached + paid
         )  # fmt: skip
@@ -146,6 +148,7 @@ class RegraspGraph(StateGraph):
             made[:, slot] = rows
             made = self._sets.canonical_rows(made)
             may = self._goal_sets.may_end(made)
+            self.full |= not limits.fits(SET_BYTES * len(made))
             self._exits[hub] = rows[may], self._add(made[may], hub)
         return self._exits[hub]
 
@@ -179,7 +182,7 @@ class RegraspGraph(StateGraph):
     def stands(self, number: int) -> bool:
         """Whether fingers get through the air where the way to a state asks for it.
 
-        Where they do not, the search cannot tell what else would do, and ends.
+        Where they do not, it is not known what else would do for as much.
         """
         reach, fingers = self._judge.reach, self._judge.problem.fingers
         nodes, ((first, _, at), (last, _, _)) = self.legs(number)
@@ -189,12 +192,14 @@ class RegraspGraph(StateGraph):
         stay = {hub[i] for i in group}
         a, b = (next(p[i] for i in group if p[i] not in stay) for p in (first, last))
         begin, regrasp, end = (self._nodes.pose(nodes[k]) for k in (0, at, -1))
-        self.full |= not (
+        stands = (
             reach.landing(begin, first, fingers.standing) is not None
             and reach.joined(regrasp, slot, staying, a, b)
             and (not fingers.leave or reach.landing(end, last) is not None)
         )
-        return not self.full
+        if not stands:
+            self.doubt = min(self.doubt, float(self.tables.book.cost[number]))
+        return stands
 
     def legs(self, number: int) -> tuple[list[int], list[Leg]]:
         """Return the nodes on the way to a state, and the sets of placements."""

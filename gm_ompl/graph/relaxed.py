@@ -85,32 +85,41 @@ class RelaxedSets:
         self.seen = Relaxed(of.reshape(-1), np.zeros(R), self.tables.book, self._left, 0.0)
 
     def reach(self, limit: float, own: KeptObject) -> bool:
-        """Follow all ways of at most ``limit``, and more; whether there is room for that.
+        """Follow some ways of at most ``limit``, or see what all of them tell.
+
+        Returns:
+            Whether there is room for that.
 
         Raises:
             LimitError: a limit in force is reached.
         """
         self._take_in(own)  # others may have learnt since
-        while len(which := self._open(limit)):
-            limits.check()
-            self._followed.append(which)
-            of = self.tables.book.pose[which]
-            own.prepare(of)
-            self._take_in(own)
-            poses = self.tables.poses
-            most = int((poses.past[of] - poses.first[of]).max()) + self.tables.hands.rows.shape[1]
-            while len(which):
-                book = book_with_room(self.tables.book, most)
-                if book is None:
-                    return False
-                self.tables = self.tables._replace(book=book)
-                which = which[expand(which, limit, self.tables) :]
-            own.learn()
-            self._take_in(own)
+        if len(which := self._open(limit)):
+            return self._follow(which, limit, own)
         if self._followed:
-            self._list(np.unique(np.concatenate(self._followed)))
+            if not self._list(np.unique(np.concatenate(self._followed))):
+                return False
             self._followed.clear()
         self._settle(limit)
+        return True
+
+    def _follow(self, which: IntArray, limit: float, own: KeptObject) -> bool:
+        """Follow the arcs from states; whether there is room for that."""
+        limits.check()
+        self._followed.append(which)
+        of = self.tables.book.pose[which]
+        own.prepare(of)
+        self._take_in(own)
+        poses, n = self.tables.poses, self.tables.hands.rows.shape[1]
+        most = int((poses.past[of] - poses.first[of]).max()) + n
+        while len(which):
+            book = book_with_room(self.tables.book, most)
+            if book is None:
+                return False
+            self.tables = self.tables._replace(book=book)
+            which = which[expand(which, limit, self.tables) :]
+        own.learn()
+        self._take_in(own)
         return True
 
     def _open(self, limit: float) -> IntArray:
@@ -135,14 +144,17 @@ class RelaxedSets:
         arcs = arcs._replace(free=self._free, states=self._states)
         self.tables = self.tables._replace(poses=own.poses, bodies=own.bodies, arcs=arcs)
 
-    def _list(self, which: IntArray) -> None:
-        """Take note of the steps from states."""
+    def _list(self, which: IntArray) -> bool:
+        """Take note of the steps from states; whether there is room for that."""
         poses, of = self.tables.poses, self.tables.book.pose[which]
         most = int((poses.past[of] - poses.first[of]).sum())
+        if self._steps + most > len(self._costs) and not limits.fits(48.0 * (self._steps + most)):
+            return False
         self._ends = with_room(self._ends, self._steps, self._steps + most)
         self._costs = with_room(self._costs, self._steps, self._steps + most)
         room = self._ends[self._steps :], self._costs[self._steps :]
         self._steps += list_steps(which, self.tables, *room)
+        return True
 
     def _settle(self, limit: float) -> None:
         """Find what follows each state at least."""

@@ -57,6 +57,8 @@ class StateSearch:
         graph, most = self.graph, min(self.cost, enough)
         open_, key = graph.open, graph.tables.book.key
         front = float(key[open_].min(initial=math.inf))
+        if graph.doubt < math.inf and front >= graph.doubt:
+            front, graph.full = graph.doubt, True
         if front >= most * (1.0 - SAME):
             self.bound = max(self.bound, most)
             return
