@@ -42,6 +42,8 @@ class RegraspGraph(StateGraph):
         planar: its potentials.
     """
 
+    slack = 0.01, 0.01  # relaxed sets are followed as far
+
     def __init__(self, judge: Judge, kept: KeptGraph, planar: PlanarBounds) -> None:
         problem = judge.problem
         hand, nodes = problem.fingers, problem.object_graph

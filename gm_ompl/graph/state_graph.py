@@ -33,10 +33,11 @@ class StateGraph(ABC):
         full: whether nothing more can be told: memory does not do.
         paid: what all plans pay for regrasps.
         doubt: of plans that cost as much, or more, nothing can be told.
-        slack: the limit on bounds is ahead of the least one by this, relative to what is to travel.
+        slack: the limit on bounds is ahead of the least one by this at least, and at most, relative
+            to what is to travel.
     """
 
-    paid, doubt, slack = 0.0, np.inf, 0.01
+    paid, doubt, slack = 0.0, np.inf, (0.005, 0.05)
 
     def __init__(self, judge: Judge, own: KeptObject, tables: KeptTables) -> None:
         self._judge, self.object, self.tables, self.full = judge, own, tables, False

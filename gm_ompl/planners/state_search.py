@@ -17,6 +17,9 @@ from gm_ompl.holds.extraction import moves_of
 from gm_ompl.planners.outcome import Log
 from gm_ompl.problem import Move
 
+MANY: Final = 4000
+"""States that are followed at once where their bounds are near each other."""
+
 SAME: Final = 1e-9
 """A plan is no better by less than this, relatively."""
 
@@ -40,7 +43,7 @@ class StateSearch:
 
     def __init__(self, judge: Judge, graph: StateGraph, log: Log, bound: float = 0.0) -> None:
         self._judge, self._log, self.graph = judge, log, graph
-        self._best, self._arrived, self._limit = -1, 0, 0.0
+        self._best, self._arrived = -1, 0
         self.bound, self.cost, self.expanded = bound, math.inf, 0
         self._arrive()
 
@@ -56,22 +59,25 @@ class StateSearch:
         self._take_arrived()
         graph, most = self.graph, min(self.cost, enough)
         open_, key = graph.open, graph.tables.book.key
-        front = float(key[open_].min(initial=math.inf))
+        keys = key[open_]
+        front = float(keys.min(initial=math.inf))
         if graph.doubt < math.inf and front >= graph.doubt:
             front, graph.full = graph.doubt, True
         if front >= most * (1.0 - SAME):
             self.bound = max(self.bound, most)
             return
         self.bound = max(self.bound, front)
-        ahead = front + graph.slack * (front - graph.paid)
-        self._limit = min(most * (1.0 - SAME), max(self._limit, ahead))
-        if not graph.reach(self._limit):
-            self._follow(open_[key[open_] <= self._limit])
+        travel = max(front - graph.paid, 0.0)
+        low, high = (front + slack * travel for slack in graph.slack)
+        many = float(np.partition(keys, MANY)[MANY]) if len(keys) > MANY else math.inf
+        limit = min(most * (1.0 - SAME), max(low, min(high, many)))
+        if not graph.reach(limit):
+            self._follow(open_[keys <= limit], limit)
 
-    def _follow(self, which: IntArray) -> None:
+    def _follow(self, which: IntArray, limit: float) -> None:
         """Follow what leads on from states, and find what was asked for."""
         graph = self.graph
-        graph.follow(which, self._limit)
+        graph.follow(which, limit)
         self.expanded += len(which)
         self._take_arrived()
 
