@@ -22,7 +22,7 @@ UNPROVEN: Final = (
     "free/over-there", "tasks/bookshelf", "tasks/corner-pivot", "tasks/ledge",
     "tasks/peg-thin-fingers", "tasks/pick-card", "tasks/pick-card-soft", "tasks/step-over",
 )  # fmt: skip
-"""Shipped, but exact search takes longer than a count may wait, or does not end."""
+"""Shipped, but exact search takes, or took, longer than a count may wait."""
 
 PROVEN: Final = tuple(name for name in shipped() if name not in UNPROVEN)
 SHIPPED: Final = tuple(name for name in PROVEN if not name.startswith("robot/"))

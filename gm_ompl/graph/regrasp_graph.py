@@ -163,12 +163,8 @@ class RegraspGraph(StateGraph):
             rows=with_room(hands.rows, *used), alive=with_room(hands.alive, *used),
             lifts=with_room(hands.lifts, *used), known=with_room(hands.known, *used),
         )  # fmt: skip
-        hands.rows[new], hands.alive[new], hands.lifts[new], hands.known[new] = (
-            rows,
-            True,
-            EMPTY,
-            False,
-        )
+        hands.rows[new], hands.lifts[new] = rows, EMPTY
+        hands.alive[new], hands.known[new] = True, False
         stand, extra = with_room(relaxed.rows, *used), with_room(relaxed.extra, *used)
         stand[new], extra[new] = relaxed.rows[hub], 0.0
         relaxed = relaxed._replace(rows=stand, extra=extra)

@@ -1,10 +1,9 @@
-"""What sets of placements must travel at least, where no margin is asked for.
+"""What fingers that stay to the end must travel at least, where no margin is asked for.
 
 Where the object turns about one axis alone, fingertips that the plane across it shows in one place
-travel alike. So few sets stand for all, and the search for plans that keep the whole hand is made
-for them first: one is free where any of those is that it stands for. What is left to travel from a
-state is found backwards over the arcs that were followed; ways that were not followed cost more
-than what the search has reached.
+travel alike. So few sets stand for all; one is free where any of those is that it stands for. Ways
+are followed from the start, and what is left to travel from a state is found backwards over these;
+ways that were not followed cost more than what was reached.
 """
 
 from __future__ import annotations
@@ -35,8 +34,8 @@ class RelaxedSets:
     Args:
         judge: of the problem.
         planar: its potentials.
-        rows: (S, n), sets of placements.
-        like: tables of those.
+        rows: (S, n), hubs: sets with one finger in the air.
+        like: tables of the whole hand's.
 
     Attributes:
         tables: of the search.
