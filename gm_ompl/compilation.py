@@ -258,3 +258,24 @@ def inlined(function: _Function) -> _Function:
     """
     typed: Any = Kernel(function, inline="always")
     return typed
+
+
+def direct(function: _Function) -> _Function:
+    """Return a compiled function that looks at its arguments' types in the first call alone.
+
+    To tell which types tuples of arrays have takes as long as many a function. For callers whose
+    arguments have the same types each time: others would be misread.
+    """
+    code: Any = None
+
+    def call(*arguments: Any) -> Any:
+        nonlocal code
+        if code is None:
+            code, numba = function, _numba()
+            if not numba.config.DISABLE_JIT:
+                kernel: Any = function
+                code = kernel.made.compile(tuple(map(numba.typeof, arguments)))
+        return code(*arguments)
+
+    typed: Any = call
+    return typed

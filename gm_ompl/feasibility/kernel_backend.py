@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
+from gm_ompl.compilation import direct
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
@@ -61,6 +62,7 @@ class KernelBackend:
         self._cases, self._strong = deciders(problem, self._U)
         self._tips = tips_for_cuts(problem, self._U, self._cases)
         self._states = KnownStates(problem, self._U, self._weight)
+        self._decide = direct(modes.decide)
         self._many = isinstance(problem.motion, FreeMotion)
         self._told = None if self._cases is None else self._cases.register
         self._hands: dict[tuple[int, ...], tuple[Placements, IntArray]] = {}
@@ -130,7 +132,7 @@ class KernelBackend:
         rows = np.array(placements, dtype=np.int64)
         if self._cases is None:
             touch = Touch(env, load, self._tips, self._f_max, DIRECTIONS, hand, rows)
-            answer = modes.decide(touch, below / self.scale, -1, -1, NO_RECORD, f_com, y)
+            answer = self._decide(touch, below / self.scale, -1, -1, NO_RECORD, f_com, y)
         else:
             answer, number = self._cases.decide(environment, hand, rows, below, f_com, y)
             load = self._cases.load(environment, number)
@@ -162,10 +164,8 @@ class KernelBackend:
         self.fallbacks += 1
         contacts = self.contacts(environment)
         decision = proven_decision(self._problem.instant(contacts, fingers, placements))
-        if decision is not None:
-            return decision
-        self.undecided += 1
-        return undecided(len(fingers), self.optimistic)
+        self.undecided += decision is None
+        return decision or undecided(len(fingers), self.optimistic)
 
     def decide_many(
         self, environments: IntArray, sets: IntArray, below: float = 0.0
@@ -209,17 +209,17 @@ class KernelBackend:
         return answers
 
     def _solve_many(self, which: IntArray, rows: IntArray, below: float) -> list[ModeDecision]:
-        K = len(which)
-        if K == 0:
+        if len(which) == 0:
             return []
-        self.decisions += K
+        self.decisions += len(which)
         if self._cases is not None:
             answers = self._cases.decide_many(which, rows, below)
             cut = [self._cases.load(*pair) for pair in zip(which, answers.loads, strict=True)]
         else:
             answers = self._answers(which, rows, below)
             cut = list(self._states.store.columns().loads[which])
-        return [self._answer(int(which[k]), rows[k], answers, k, cut[k], below) for k in range(K)]
+        numbers = enumerate(which.tolist())
+        return [self._answer(s, rows[k], answers, k, cut[k], below) for k, s in numbers]
 
     def _answer(
         self, environment: int, rows: IntArray, answers: Decisions, k: int, load: Array,

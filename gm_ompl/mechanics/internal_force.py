@@ -56,8 +56,8 @@ def _next_row(Q: Array, R: Array, i: int, x: Array) -> float:
 
 
 @compiled
-def _straighten(Q: Array, x: Array) -> None:
-    """Make x (6,) a unit vector orthogonal to Q's orthonormal rows."""
+def _straighten(Q: Array, k: int, x: Array) -> None:
+    """Make x (6,) a unit vector orthogonal to Q's first k rows, which are orthonormal."""
     for _ in range(2):
         norm = 0.0
         for t in range(6):
@@ -65,7 +65,7 @@ def _straighten(Q: Array, x: Array) -> None:
         norm = max(np.sqrt(norm), 1e-300)
         for t in range(6):
             x[t] /= norm
-        for j in range(len(Q)):
+        for j in range(k):
             dot = 0.0
             for t in range(6):
                 dot += Q[j, t] * x[t]
@@ -74,30 +74,33 @@ def _straighten(Q: Array, x: Array) -> None:
 
 
 @compiled
-def _affine_minimum(P: Array, chosen: IntArray, count: int, weights: Array, x: Array) -> float:
+def _affine_minimum(
+    P: Array, chosen: IntArray, count: int, weights: Array, x: Array, Q: Array, R: Array
+) -> float:
     """Write the weights (sum 1) of the least-norm point of the affine hull of chosen points.
 
     ``x`` (6,) gets the unit normal from the origin to the hull; its distance is returned. The
     normal is made orthogonal anew after it is scaled: it is right to rounding even where the
-    distance is tiny.
+    distance is tiny. ``Q`` and ``R`` (6, 6) are room.
     """
     k = count - 1
-    Q, R, rhs = np.empty((k, 6)), np.zeros((k, k)), np.empty(k)
     for t in range(6):
         x[t] = P[chosen[0], t]
     for i in range(k):
         for t in range(6):
             Q[i, t] = P[chosen[i + 1], t] - P[chosen[0], t]
-        rhs[i] = -_next_row(Q, R, i, x)
+        for j in range(i):
+            R[j, i] = 0.0
+        weights[i + 1] = -_next_row(Q, R, i, x)
     total = 0.0
     for i in range(k - 1, -1, -1):
-        value = rhs[i]
+        value = weights[i + 1]
         for j in range(i + 1, k):
             value -= R[i, j] * weights[j + 1]
         weights[i + 1] = value / R[i, i]
         total += weights[i + 1]
     weights[0] = 1.0 - total
-    _straighten(Q, x)
+    _straighten(Q, k, x)
     distance = 0.0
     for t in range(6):
         distance += x[t] * P[chosen[0], t]
@@ -185,8 +188,9 @@ def separate(P: Array, K: int, x: Array) -> tuple[int, float]:
 def _walk(P: Array, K: int, first: int, x: Array) -> tuple[int, float]:
     """Wolfe's algorithm from column ``first``; arguments and answers as for ``separate``."""
     chosen, lam, weights = np.empty(8, dtype=np.int64), np.empty(8), np.empty(8)
+    Q, R = np.empty((6, 6)), np.empty((6, 6))
     chosen[0], lam[0], count = first, 1.0, 1
-    distance = _affine_minimum(P, chosen, 1, weights, x)
+    distance = _affine_minimum(P, chosen, 1, weights, x, Q, R)
     for _ in range(MAX_STEPS):
         low, j = _lowest(P, K, x)
         nearest = low >= distance - OPTIMAL or count == 7
@@ -197,7 +201,7 @@ def _walk(P: Array, K: int, first: int, x: Array) -> tuple[int, float]:
         chosen[count], lam[count] = j, 0.0
         count += 1
         while True:
-            distance = _affine_minimum(P, chosen, count, weights, x)
+            distance = _affine_minimum(P, chosen, count, weights, x, Q, R)
             least = np.inf
             for i in range(count):
                 least = min(least, weights[i])
