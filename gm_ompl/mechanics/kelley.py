@@ -101,7 +101,9 @@ def no_cuts(K: int, most: Array, sets: ModeSets) -> Cuts:
     """
     count, n = len(sets.masks), len(most)
     trials, force = np.empty((count, n)), np.empty(n, dtype=np.bool_)
-    bounds, ceilings = np.empty(count), np.empty(count)
+    # In one piece each: to ask for room takes longer than to fill it.
+    counts, levels = np.zeros(1 + 2 * count, dtype=np.int64), np.zeros(3 * count + K)
+    bounds, ceilings, rest = levels[:count], levels[count : 2 * count], levels[2 * count :]
     for j in range(count):
         force_control(sets.masks[j], force)
         sets.zs[j], bounds[j], ceilings[j], nf = -1.0, np.inf, np.inf, 0
@@ -111,10 +113,10 @@ def no_cuts(K: int, most: Array, sets: ModeSets) -> Cuts:
                 trials[j, nf] = 0.5 * most[i]
                 nf += 1
     return Cuts(
-        np.zeros(1, dtype=np.int64), np.empty((K, 6)), np.empty(K), np.empty(K, dtype=np.int64),
-        np.empty((count, K)), np.empty((count, K, n)), np.zeros(count, dtype=np.int64),
+        counts[:1], np.empty((K, 6)), rest[count:], np.empty(K, dtype=np.int64),
+        np.empty((count, K)), np.empty((count, K, n)), counts[1 : 1 + count],
         bounds, ceilings, np.zeros((count, 1 + n, 6)),
-        np.zeros(count), trials, np.zeros(count, dtype=np.int64),
+        rest[:count], trials, counts[1 + count :],
     )  # fmt: skip
 
 

@@ -15,11 +15,8 @@ _MAX_STEPS = 2000
 
 @inlined
 def _columns(h: Array, c: Array, s: Array, f_max: Array, T: Array, cost: Array) -> None:
-    """Fill the dual program: min c.mu + f_max.nu, h.mu = 1, nu_f - slack_f = sum_j s_jf mu_j."""
+    """Fill in the dual program: min c.mu + f_max.nu, h.mu = 1, nu_f - slack_f = sum_j s_jf mu_j."""
     K, n = len(h), len(f_max)
-    for i in range(1 + n):
-        for j in range(K + 2 * n + 1):
-            T[i, j] = 0.0
     for j in range(K):
         T[0, j] = h[j]
         cost[j] = c[j]
@@ -29,7 +26,6 @@ def _columns(h: Array, c: Array, s: Array, f_max: Array, T: Array, cost: Array) 
         T[1 + f, K + f] = 1.0
         cost[K + f] = f_max[f]
         T[1 + f, K + n + f] = -1.0
-        cost[K + n + f] = 0.0
     T[0, K + 2 * n] = 1.0
 
 
@@ -85,7 +81,8 @@ def best_command(
     K, n = len(h), len(f_max)
     m, N = 1 + n, K + 2 * n
     W = N + 1
-    T, cost = np.zeros((m, W)), np.zeros(W)
+    room = np.zeros((m + 1, W))
+    T, cost = room[:m], room[m]
     _columns(h, c, s, f_max, T, cost)
     first = 0
     for j in range(K):
