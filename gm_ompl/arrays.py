@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
@@ -51,13 +52,8 @@ def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Arra
         ShapeError: the shape differs, or an entry is NaN or infinite.
     """
     array = values if _is_fixed(values) else np.array(values, dtype=np.float64)
-    if array.size == 0 and len(shape) == 2 and shape[1] is not None:
-        array = array.reshape(0, shape[1])
-    if array.ndim != len(shape):
-        raise ShapeError(name, array.shape, tuple(shape))
-    for have, want in zip(array.shape, shape, strict=True):
-        if want is not None and have != want:
-            raise ShapeError(name, array.shape, tuple(shape))
+    if array.shape != shape:
+        array = _fitting(array, shape, name)
     # Where the sum of squares is finite all entries are, and it is quicker found.
     if not math.isfinite(np.vdot(array, array)) and not np.isfinite(array).all():
         raise ShapeError(name, array.shape, tuple(shape), "an entry is NaN or infinite")
@@ -65,10 +61,37 @@ def read_only(values: ArrayLike, shape: Sequence[int | None], name: str) -> Arra
     return array
 
 
+def _fitting(array: Array, shape: Sequence[int | None], name: str) -> Array:
+    """Return ``array``, given the columns that it should have where it has no rows.
+
+    Raises:
+        ShapeError: its shape is another.
+    """
+    if array.size == 0 and len(shape) == 2 and shape[1] is not None:
+        array = array.reshape(0, shape[1])
+    if array.ndim != len(shape):
+        raise ShapeError(name, array.shape, tuple(shape))
+    for have, want in zip(array.shape, shape, strict=True):
+        if want is not None and have != want:
+            raise ShapeError(name, array.shape, tuple(shape))
+    return array
+
+
 def fix(frozen: object, **shapes: Sequence[int | None]) -> None:
     """Make fields of a frozen dataclass read-only arrays of these shapes; see ``read_only``."""
+    fields = vars(frozen)
     for name, shape in shapes.items():
-        object.__setattr__(frozen, name, read_only(getattr(frozen, name), shape, name))
+        fields[name] = read_only(fields[name], shape, name)
+
+
+def rows_of(array: IntArray) -> Iterator[tuple[int, ...]]:
+    """Return the rows of an array (L, n) as tuples, each made when it is asked for.
+
+    Lists and tuples of all rows at once are many objects for the garbage collector to look at.
+    """
+    if not array.shape[1]:
+        return itertools.repeat((), len(array))
+    return zip(*array.T.tolist(), strict=True)
 
 
 def surfaces_of(surfaces: IntArray, count: int) -> IntArray:

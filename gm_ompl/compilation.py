@@ -76,7 +76,7 @@ if CACHE is None:
 
 
 @functools.cache
-def _numba() -> Any:
+def numba_module() -> Any:
     """Load numba, without SciPy's linear algebra: a tenth of a first plan.
 
     Its array functions load that only to see whether it is there. It is (SciPy is required), and a
@@ -205,7 +205,7 @@ class Kernel:
         return known
 
     def _make(self) -> Any:
-        numba = _numba()
+        numba = numba_module()
         jitted = numba.njit(nogil=True, **{**_ARITHMETIC, **self._options})(self.py_func)
         if not numba.config.DISABLE_JIT:
             general = jitted.compile
@@ -257,25 +257,4 @@ def inlined(function: _Function) -> _Function:
     compiled callee's code is optimised anew within each caller.
     """
     typed: Any = Kernel(function, inline="always")
-    return typed
-
-
-def direct(function: _Function) -> _Function:
-    """Return a compiled function that looks at its arguments' types in the first call alone.
-
-    To tell which types tuples of arrays have takes as long as many a function. For callers whose
-    arguments have the same types each time: others would be misread.
-    """
-    code: Any = None
-
-    def call(*arguments: Any) -> Any:
-        nonlocal code
-        if code is None:
-            code, numba = function, _numba()
-            if not numba.config.DISABLE_JIT:
-                kernel: Any = function
-                code = kernel.made.compile(tuple(map(numba.typeof, arguments)))
-        return code(*arguments)
-
-    typed: Any = call
     return typed

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, TypeAlias, final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.compilation import direct
 from gm_ompl.contact.decision import ModeDecision, Outcome, undecided
 from gm_ompl.contact.state import ContactState
 from gm_ompl.cores import share_out
+from gm_ompl.direct import direct
 from gm_ompl.feasibility.deciders import deciders, tips_for_cuts
 from gm_ompl.feasibility.keys import finger_kinds
 from gm_ompl.feasibility.known_states import KnownStates

@@ -9,6 +9,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.cores import share_out
+from gm_ompl.direct import direct
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.graph.hub_bounds import hub_bounds, swept_sets
@@ -24,6 +25,9 @@ from gm_ompl.holds.tables import WORTH_A_THREAD
 from gm_ompl.holds.watch import Stop, never
 from gm_ompl.motion.lattice import Coordinates
 from gm_ompl.problem import Placements, Problem
+
+_best_target, _hub_rows = direct(best_target), direct(hub_rows)
+_lane_keys, _refresh = direct(lane_keys), direct(refresh)
 
 
 @final
@@ -88,8 +92,7 @@ class LaneGraph:
         if lane is None:
             hubs = self.sets.hubs(placements)
             margins = self._known.margins(placements)
-            lane = Lane(placements, hubs, margins, len(self.nodes))
-            self._lanes[placements] = lane
+            lane = self._lanes[placements] = Lane(placements, hubs, margins, len(self.nodes))
             for hub in hubs:
                 self._lanes_of.setdefault(hub, []).append(lane)
                 if hub in self._hubs:
@@ -100,7 +103,7 @@ class LaneGraph:
         """Return ``lane`` with its bounds renewed if cuts were added or ``force`` is set."""
         if force or lane.version != self._facts:
             cuts, tables = self._backend.pool.tables, lane.tables(self.tables)
-            refresh(lane.rows, tables, cuts, lane.known, lane.z, lane.costs, lane.d)
+            _refresh(lane.rows, tables, cuts, lane.known, lane.z, lane.costs, lane.d)
             lane.version = self._facts
         return lane
 
@@ -131,7 +134,7 @@ class LaneGraph:
     def _renew_rows(self, hub: Hub, which: IntArray) -> None:
         """Write the bounds of some of a hub's choices anew."""
         cuts = self._backend.pool.tables
-        hub_rows(hub.rows, hub.slot, hub.choices, which, self.tables, cuts, hub.table)
+        _hub_rows(hub.rows, hub.slot, hub.choices, which, self.tables, cuts, hub.table)
         hub.versions[which] = self._facts
 
     def _revalue(self, hub: Hub) -> None:
@@ -185,9 +188,8 @@ class LaneGraph:
             Its cost, the node to go to, and the hub to enter there (None: it is the goal).
         """
         tables, travel = self.tables, np.empty(len(lane.d))
-        shape = (len(lane.rows), len(lane.d))
+        shape, hubs = (len(lane.rows), len(lane.d)), lane.hubs
         V, G = np.empty(shape), np.full(shape, np.inf)
-        hubs = lane.hubs
         if self.bounds is None:
             hub_defaults(lane.rows, self.tables, V)
         else:
@@ -199,7 +201,7 @@ class LaneGraph:
                 if known is not None:
                     V[k], G[k] = known.value, known.reached
                     self.air.mind_pockets(lane, k, known, G[k])
-            cost, node, slot = best_target(config, g, lane.costs, lane.d, (V, G), tables, travel)
+            cost, node, slot = _best_target(config, g, lane.costs, lane.d, (V, G), tables, travel)
             if slot < 0:
                 return cost, node, None
             new = hubs[slot] not in self._hubs
@@ -223,15 +225,13 @@ class LaneGraph:
 
     def keys(self, sets: IntArray, config: int) -> Array:
         """Return lower bounds (L,) on the cost from a node to the goal for many lanes (L, n)."""
-        keys, bounds = np.empty(len(sets)), self.bounds
-        cuts = self._backend.pool.tables
-        ids, V = np.zeros((1, sets.shape[1]), dtype=np.int64), np.empty((0, 1))
-        if bounds is not None:
-            V = bounds.V
+        keys, bounds, cuts = np.empty(len(sets)), self.bounds, self._backend.pool.tables
+        ids = np.zeros((1, sets.shape[1]), dtype=np.int64)
+        V = np.empty((0, 1)) if bounds is None else bounds.V
 
         def work(part: slice) -> None:
             some = ids if bounds is None else bounds.ids(sets[part])
-            lane_keys(sets[part], some, V, config, self.tables, cuts, keys[part])
+            _lane_keys(sets[part], some, V, config, self.tables, cuts, keys[part])
 
         share_out(work, len(sets), WORTH_A_THREAD, at_once(self.tables))
         return keys

@@ -8,7 +8,7 @@ from typing import Final, final
 import numpy as np
 
 from gm_ompl import limits
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array, IntArray, rows_of
 from gm_ompl.cores import share_out
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.feasibility.kernel_backend import KernelBackend
@@ -123,8 +123,7 @@ class Known:
         tables = self.table.measured
         found = [np.full(tables.states.shape, np.inf)]
         places = np.zeros(len(sets), dtype=np.int64)
-        for i, row in enumerate(sets.tolist()):
-            margins = self._margins.get(tuple(row))
+        for i, margins in enumerate(map(self._margins.get, rows_of(sets))):
             if margins is not None and np.isfinite(margins).any():
                 places[i] = len(found)
                 found.append(margins)

@@ -7,6 +7,7 @@ plan may choose among them what is easier to carry out.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from gm_ompl.arrays import Array, BoolArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
+from gm_ompl.direct import direct
 from gm_ompl.mechanics import modes
 from gm_ompl.mechanics.central import settle_commands
 from gm_ompl.mechanics.certificate import (
@@ -51,44 +53,56 @@ def margin(program: Program, mask: int, below: float, f: Array) -> tuple[int, fl
     return end, max(z, 0.0), direction
 
 
-def commanded_margin(
-    program: Program, force: BoolArray, f: Array, slopes: Array
-) -> tuple[int, float, float]:
-    """z of Problem (6) for given modes and given f_com, with a bound on it for every f_com.
+_run_pass = direct(run_pass)
+
+
+class Commanded:
+    """z of Problem (6) for given modes and given f_com; room and what is known are kept.
 
     Args:
         program: what acts, and the fingers.
-        force: (n,), who is force-controlled.
-        f: (n,), f_com where force-controlled.
-        slopes: output (number of force-controlled fingers,).
-
-    Returns:
-        REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the constant c
-        of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is finite.
     """
-    n, s, _ = program.tips.shape
-    tableau = new_tableau(n, len(program.env), s)
-    cost, y = fill(program, force, f, tableau.raw), tableau.y
-    end, _, _, v = run_pass(tableau, cost, program.L, y, False, Target(np.inf, 0.0, NEVER))
-    size = float(np.abs(y[:6]).max())
-    wrench = y[:6] / size if size > NO_TAU else np.zeros(6)
-    separation = separates_environment(program.env)
-    if end == TROUBLE or not into_polar(program.env, separation, wrench):
-        return FAILED, 0.0, 0.0
-    h = reach(program.L, wrench)
-    c = cut(program, force, wrench, slopes) / h if h > 0.0 else np.inf
-    slopes /= h or 1.0
-    z = c + float(slopes @ f[force])
-    if end == INFEASIBLE:
-        return _balanced_margin(program, separation, force, f, (z, c), slopes)
-    return REACHED if proven(v, z) else FAILED, z, c
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self._tableau = new_tableau(len(program.tips), len(program.env), program.tips.shape[1])
+        self._separation = separates_environment(program.env)
+
+    def margin(self, force: BoolArray, f: Array, slopes: Array) -> tuple[int, float, float]:
+        """z for modes and commands, with a bound on it for every f_com.
+
+        Args:
+            force: (n,), who is force-controlled.
+            f: (n,), f_com where force-controlled.
+            slopes: output (number of force-controlled fingers,).
+
+        Returns:
+            REACHED or FAILED (no proof), z (-inf where nothing balances the load), and the
+            constant c of the bound z(f_com) <= c + slopes . f_com, sharp at ``f`` where z is
+            finite.
+        """
+        program, y = self._program, self._tableau.y
+        cost, exactly = fill(program, force, f, self._tableau.raw), Target(np.inf, 0.0, NEVER)
+        y[:] = 0.0
+        end, _, _, v = _run_pass(self._tableau, cost, program.L, y, False, exactly)
+        size = float(np.abs(y[:6]).max())
+        wrench = y[:6] / size if size > NO_TAU else np.zeros(6)
+        if end == TROUBLE or not into_polar(program.env, self._separation, wrench):
+            return FAILED, 0.0, 0.0
+        h = reach(program.L, wrench)
+        c = cut(program, force, wrench, slopes) / h if h > 0.0 else np.inf
+        slopes /= h or 1.0
+        z = c + float(slopes @ f[force])
+        if end == INFEASIBLE:
+            return _balanced_margin(program, self._separation, force, f, (z, c), slopes)
+        return REACHED if proven(v, z) else FAILED, z, c
 
 
 def _balanced_margin(
     program: Program, separation: Separation, force: BoolArray, f: Array,
     allowed: tuple[float, float], slopes: Array,
 ) -> tuple[int, float, float]:  # fmt: skip
-    """z of ``commanded_margin`` where some direction cannot be resisted: 0 or -inf.
+    """z of ``Commanded.margin`` where some direction cannot be resisted: 0 or -inf.
 
     ``allowed`` is z by the direction's bound c + slopes . f_com, and c; where that z is not
     negative but nothing balances the load, a bound by which it is takes its place.
@@ -138,6 +152,10 @@ class Alternatives:
     def __init__(self, scale: float, program: Program) -> None:
         self._scale, self._program = scale, program
 
+    @cached_property
+    def _commanded(self) -> Commanded:
+        return Commanded(self._program)
+
     @classmethod
     def of(cls, instant: Instant) -> Alternatives:
         """Return the choices at an instant."""
@@ -181,5 +199,5 @@ class Alternatives:
         force_control(as_mask(chosen), force)
         f, slopes = np.zeros(len(force)), np.zeros(len(f_com))
         f[force] = f_com / self._scale
-        end, z, c = commanded_margin(self._program, force, f, slopes)
+        end, z, c = self._commanded.margin(force, f, slopes)
         return (z * self._scale, c * self._scale, slopes) if end == REACHED else None

@@ -11,7 +11,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import modes
-from gm_ompl.mechanics.alternatives import Alternatives, commanded_margin, downward
+from gm_ompl.mechanics.alternatives import Alternatives, Commanded, downward
 from gm_ompl.mechanics.cases import count_of, matters, parts_of, program_of
 from gm_ompl.mechanics.columns import wrench_norm
 from gm_ompl.mechanics.family import hand_tips, surroundings
@@ -95,7 +95,7 @@ class CaseAlternatives:
             error = parts_of(self._cases, case)[-1]
             press, slopes = self._cases.press[error][force], np.zeros(len(f_com))
             f[force] = np.minimum(f_com / self._scale * press, self._cases.f_max[force])
-            end, z, c = commanded_margin(program_of(self._cases, case), force, f, slopes)
+            end, z, c = Commanded(program_of(self._cases, case)).margin(force, f, slopes)
             if end != REACHED:
                 return None
             if worst is None or z * self._scale < worst[0]:

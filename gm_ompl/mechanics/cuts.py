@@ -17,6 +17,7 @@ import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.compilation import compiled, inlined, lean
+from gm_ompl.direct import direct
 from gm_ompl.mechanics.stability import BALANCED
 
 BLOCK = 8
@@ -126,6 +127,9 @@ def state_bound(state: int, rows: IntArray, cuts: CutTables) -> float:
     return best if best < -BALANCED else max(best, 0.0)
 
 
+_state_bound = direct(state_bound)
+
+
 @final
 class CutPool:
     """The cuts of all contact states, growing.
@@ -232,7 +236,7 @@ class CutPool:
         tables = self.tables
         if state >= len(tables.counts):
             return float("inf")
-        return float(state_bound(state, rows, tables))
+        return _state_bound(state, rows, tables)
 
 
 def _alike(tips: Array, f_max: Array, i: int, j: int) -> bool:

@@ -20,7 +20,7 @@ from gm_ompl.contact.decision import ControlMode, ModeDecision, Outcome, command
 from gm_ompl.contact.state import ContactState, Instant
 from gm_ompl.errors import SolverError
 from gm_ompl.mechanics import columns, modes
-from gm_ompl.mechanics.alternatives import commanded_margin
+from gm_ompl.mechanics.alternatives import Commanded
 from gm_ompl.mechanics.deviations import UNTOLD, ContactRows, deviates
 from gm_ompl.mechanics.instant import instant_program
 from gm_ompl.mechanics.program import Program
@@ -210,7 +210,7 @@ class _Trial:
                 return t, None
             least = min(least, t)
         slopes = np.zeros(len(own))
-        end, z, c = commanded_margin(program, self._force, f, slopes)
+        end, z, c = Commanded(program).margin(self._force, f, slopes)
         if end != REACHED:
             hand.lost = True
             return np.inf, None

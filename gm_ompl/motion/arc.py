@@ -33,7 +33,7 @@ class Moment:
     pose: Pose
     twist: Twist | None = None
 
-    @cached_property
+    @property
     def key(self) -> Hashable:
         """Equal where pose and direction of motion are: then the mechanics is the same."""
         return self.pose.key, None if self.twist is None else self.twist.direction

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeAlias, final
 
 import numpy as np
@@ -117,7 +118,14 @@ class Screw(Arc):
 
     def twist(self, t: float) -> Twist:
         """Return the derivative of the pose at ``t``."""
+        if isinstance(self.whole, Slide):
+            return self._drift
         return self.whole.velocity(self.pose(t), self.last - self.first)
+
+    @cached_property
+    def _drift(self) -> Twist:
+        """The twist of a translation, everywhere."""
+        return self.whole.velocity(self.origin, self.last - self.first)
 
     def chords(self, points: Array, parts: int) -> Array:
         """Return |dq_finger i,j| of Eq. (9) in closed form; see ``Arc.chords``."""

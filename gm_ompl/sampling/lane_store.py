@@ -9,12 +9,15 @@ from typing import final
 import numpy as np
 
 from gm_ompl.arrays import Array, BoolArray, IntArray
+from gm_ompl.direct import direct
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.holds.bounds import reaches
 from gm_ompl.holds.known import FAILED, Known
 from gm_ompl.holds.sets import LIFTED, PlacementSets, beside, staying_of
 from gm_ompl.problem import Placements, Problem
 from gm_ompl.sampling.route import Route
+
+_reaches = direct(reaches)
 
 
 @final
@@ -40,7 +43,7 @@ class LaneStore:
 
         Where ``last`` is the smaller vertex the motion is followed backwards, from its end.
         """
-        reaches(sets, first, last, self.route.table.tables, self.known.cuts, reach)
+        _reaches(sets, first, last, self.route.table.tables, self.known.cuts, reach)
 
     def costs(self, sets: IntArray) -> Array:
         """Return lower bounds (L, K) on Eq. (9) per set and stride, from all that is known."""
@@ -64,9 +67,13 @@ class LaneStore:
         open_ = np.argwhere(np.isinf(margins[low:high]))
         doubt = self.route.suspicion()[low:high]
         order = np.argsort(-doubt[open_[:, 0], open_[:, 1]])
+        decided: dict[int, float] = {}
         for k, p in open_[order].tolist():
             stride = low + k
-            margins[stride, p] = self.known.decide(lane, self.route.table.state(stride, p))
+            state = self.route.table.state(stride, p)
+            if state not in decided:
+                decided[state] = self.known.decide(lane, state)
+            margins[stride, p] = decided[state]
             fails = margins[stride, p] == FAILED
             self.route.tried[stride, p] += 1.0
             self.route.failed[stride, p] += fails
