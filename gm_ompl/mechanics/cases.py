@@ -19,7 +19,7 @@ from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.sides import refactor
 from gm_ompl.mechanics.simplex import Target
 from gm_ompl.mechanics.stability import run_pass
-from gm_ompl.mechanics.tau import UNUSED, Work, fill, new_work, taken
+from gm_ompl.mechanics.tau import UNUSED, Work, fill, new_tableau, new_work, taken
 from gm_ompl.mechanics.trials import FRESH
 
 
@@ -70,8 +70,8 @@ def new_pad(rows: int, cases: Cases) -> Pad:
     _, n, s, _ = cases.tips.shape
     R = rows * V
     return Pad(
-        new_work(R, n, e, s), np.full(R, -1, dtype=np.int64), np.zeros(R, dtype=np.int64),
-        np.zeros(rows, dtype=np.int64),
+        new_work(R, new_tableau(n, e, s)), np.full(R, -1, dtype=np.int64),
+        np.zeros(R, dtype=np.int64), np.zeros(rows, dtype=np.int64),
     )  # fmt: skip
 
 

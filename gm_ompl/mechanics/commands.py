@@ -154,7 +154,8 @@ def best_commands(
         below: a threshold; where all z are proven smaller, stop.
         sets: output, with their masks.
         first: (6,), a wrench in the polar of the environment's cone whose cut may help, or zero.
-        seed: the tableau of position control of all fingers, where passes begin, or UNUSED.
+        seed: the tableau of position control of all fingers, where passes begin, or UNUSED;
+            changed.
         record: output, see ``Record``.
 
     Returns:
@@ -162,7 +163,7 @@ def best_commands(
         all z. REACHED and BELOW are proven.
     """
     n, masks, zs, f_max = len(program.tips), sets.masks, sets.zs, program.f_max
-    work = new_work(len(masks), n, len(program.env), program.tips.shape[1])
+    work = new_work(len(masks), seed)
     force, caps, cuts = np.empty(n, dtype=np.bool_), np.empty(n), no_cuts(MAX_CUTS, f_max, sets)
     # Taken apart once: numba counts every use of every array of a tuple.
     filled, _, _, _, _, _, heeded, bounds, _, proofs, _, _, passes = cuts

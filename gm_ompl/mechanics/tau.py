@@ -78,16 +78,16 @@ def new_tableau(n: int, e: int, s: int) -> Tableau:
 
 
 @compiled
-def new_work(K: int, n: int, e: int, s: int) -> Work:
-    """Return K unused tableaus, see ``new_tableau``."""
-    m, N = 6 + n, 1 + e + n * s + n
-    W, basis = width(m, N), np.empty((K, m), dtype=np.int64)
+def new_work(K: int, seed: Tableau) -> Work:
+    """Return K unused tableaus; what is of the last pass alone, they share with ``seed``."""
+    raw, _, d, _, y, found = seed
+    m, W = len(raw), len(d)
+    basis = np.empty((K, m), dtype=np.int64)
     for k in range(K):
         basis[k, 0] = UNUSED
     return Work(
-        np.empty((m, N)), np.empty((K, m, W)), np.empty((K, W)), basis, np.zeros(m),
-        new_resistance(m), np.zeros((K, m)), np.empty(m),
-    )  # fmt: skip
+        raw, np.empty((K, m, W)), np.empty((K, W)), basis, y, found, np.zeros((K, m)), np.empty(m)
+    )
 
 
 @inlined

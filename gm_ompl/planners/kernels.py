@@ -105,7 +105,7 @@ def edges() -> None:
     kelley.cuts_off(0, 1, cuts)
     trials.take_up(0, F_MAX, sets, cuts, force, f)
     kelley.heed(PROGRAM, force, one, 0, cuts)
-    tau.new_work(1, 1, 1, 3)
+    tau.new_work(1, _tableau())
 
 
 def _proofs(raw: Array, cost: float, basis: IntArray) -> None:
