@@ -8,7 +8,7 @@ whole plan is solved again and again, a cut added wherever its answer is not sta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,12 @@ import numpy as np
 from gm_ompl import limits
 from gm_ompl.arrays import Array, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
+from gm_ompl.errors import SolverError
 from gm_ompl.feasibility.links import Link, failing
 
 if TYPE_CHECKING:
+    from scipy import sparse
+
     from gm_ompl.mechanics.case_alternatives import Choices
 
 ROUNDS = 40
@@ -27,6 +30,9 @@ ROUNDS = 40
 
 INSIDE = 1e-3
 """How far inside its cuts a link is to stay, in thousandths of the largest force."""
+
+TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-9}
+"""Of the linear program."""
 
 SHORT, PRICE = 1e-6, 1e3
 """A cut of a link that is missed by more cannot be met; and what missing it costs."""
@@ -187,63 +193,62 @@ class _Program:
         held = np.array([link.holds(f) for link in self._links], dtype=bool)
         return bool(np.all(held | (self._short > SHORT)))
 
-    def _cuts(self, unit: float) -> tuple[tuple[Array, IntArray, IntArray], list[float]]:
-        """Return the rows of all cuts as (values, columns, ends), and their bounds."""
-        rows = [(np.zeros(0), np.zeros(0, dtype=np.int64))]
-        bounds: list[float] = []
+    def _cuts(self, unit: float) -> Iterator[tuple[Array, IntArray, float]]:
+        """Yield the cuts as rows of the program: values, columns, upper bound."""
         for k, command in enumerate(self._commands):
+            columns = np.arange(*self._firsts[k : k + 2])
             for c, slopes in command.cuts:
                 # c + slopes . f >= aim, divided so that the solver's tolerance is one of z.
                 size = max(command.aim, 1e-3 * unit)
-                rows.append((-slopes * unit / size, np.arange(*self._firsts[k : k + 2])))
-                bounds.append((c - command.aim) / size)
+                yield -slopes * unit / size, columns, (c - command.aim) / size
         first = len(self._limits) + len(self._pairs)
         for k, link in enumerate(self._links):
             for c, slopes, places in link.cuts:
                 size, own = 1e-3 * unit, places > 0
                 values = np.append(-slopes[own] * unit / size, -1.0)
-                rows.append((values, np.append(places[own] - 1, first + k)))
-                bounds.append(c / size - INSIDE)
-        ends = np.cumsum([len(columns) for _, columns in rows])
-        values = np.concatenate([row[0] for row in rows])
-        return (values, np.concatenate([row[1] for row in rows]), ends), bounds
+                yield values, np.append(places[own] - 1, first + k), c / size - INSIDE
+
+    def _rows(self, unit: float) -> tuple[sparse.csc_array, Array]:
+        """Return the rows of changes and cuts, forces over ``unit``, and their upper bounds.
+
+        Per pair of commands, both f' - f and f - f' are at most the change.
+        """
+        from scipy import sparse
+
+        F, M, L = len(self._limits), len(self._pairs), len(self._links)
+        pairs = np.column_stack([self._pairs, np.arange(F, F + M)])
+        rows = [(np.tile([-1.0, 1.0, -1.0], M), pairs.ravel(), 0.0)]
+        rows += [(np.tile([1.0, -1.0, -1.0], M), pairs.ravel(), 0.0), *self._cuts(unit)]
+        values, columns, most = zip(*rows, strict=True)
+        counts = [3] * (2 * M) + [len(each) for each in values[2:]]
+        every = np.concatenate(values), np.concatenate(columns), np.cumsum([0, *counts])
+        matrix = sparse.csr_array(every, shape=(len(counts), F + M + L))
+        return sparse.csc_array(matrix), np.array([0.0] * (2 * M) + list(most[2:]))
 
     def solve(self) -> Array | None:
         """Return the f_com of least change under the cuts; None where the solver gives up."""
-        # Imported late: most plans need no such program, and scipy takes a while to load.
-        from scipy import sparse
-        from scipy.optimize import linprog
+        # Imported late: most plans need no such program, and HiGHS takes a while to load.
+        from gm_ompl.reference.highs import solve
+        from gm_ompl.reference.program import LinearProgram
 
         F, M, L = len(self._limits), len(self._pairs), len(self._links)
         unit = float(self._limits.max()) or 1.0
-        step = sparse.csr_array(
-            (
-                np.tile([1.0, -1.0], M),
-                (np.repeat(np.arange(M), 2), self._pairs[:, ::-1].ravel()),
-            ),
-            shape=(M, F),
+        matrix, most = self._rows(unit)
+        program = LinearProgram(
+            cost=np.concatenate([np.zeros(F), np.ones(M), np.full(L, PRICE)]),
+            matrix=matrix,
+            row_lower=np.full(len(most), -np.inf),
+            row_upper=most,
+            col_lower=np.concatenate([self._lowest / unit, np.zeros(M + L)]),
+            col_upper=np.concatenate([self._limits / unit, np.full(M + L, np.inf)]),
         )
-        eye, none = sparse.eye_array(M), sparse.csr_array((M, L))
-        values = [sparse.hstack([step, -eye, none]), sparse.hstack([-step, -eye, none])]
-        cuts, bounds = self._cuts(unit)
-        if bounds:
-            values.append(sparse.csr_array(cuts, shape=(len(bounds), F + M + L)))
-        lower = np.concatenate([self._lowest / unit, np.zeros(M + L)])
-        upper = np.concatenate([self._limits / unit, np.full(M + L, np.inf)])
-        result = linprog(
-            np.concatenate([np.zeros(F), np.ones(M), np.full(L, PRICE)]),
-            A_ub=sparse.csr_array(sparse.vstack(values)),
-            b_ub=np.concatenate([np.zeros(2 * M), np.array(bounds)]),
-            bounds=np.stack([lower, upper], axis=1),
-            options={
-                "primal_feasibility_tolerance": 1e-10,
-                "dual_feasibility_tolerance": 1e-9,
-                "time_limit": limits.left(),
-            },
-        )
+        try:
+            x = solve(program, time_limit=limits.left(), **TOLERANCES).x
+        except SolverError:
+            x = np.zeros(0)
         limits.check()
-        if result.x is None:
+        if not len(x):
             return None
-        self._short = result.x[F + M :]
-        f: Array = np.clip(result.x[:F] * unit, 0.0, self._limits)
+        self._short = x[F + M :]
+        f: Array = np.clip(x[:F] * unit, 0.0, self._limits)
         return f

@@ -44,12 +44,16 @@ class Solver:
     """One program held in HiGHS, solved for as many right-hand sides as asked.
 
     Each solve starts from the last basis: the dual simplex then needs a few pivots.
+
+    Args:
+        program: the program.
+        options: HiGHS's, where they are not to be the usual ones.
     """
 
-    def __init__(self, program: LinearProgram) -> None:
+    def __init__(self, program: LinearProgram, **options: Any) -> None:
         self._program = program
         self._highs = _Silent()
-        for name, value in _OPTIONS.items():
+        for name, value in {**_OPTIONS, **options}.items():
             self._highs.setOptionValue(name, value)
         # Presolve would discard the warm start, and hides rays behind its own reductions; it is
         # the last resort.
@@ -124,13 +128,13 @@ class Solver:
         return np.asarray(ray, dtype=np.float64) if exists else _EMPTY
 
 
-def solve(program: LinearProgram) -> LpSolution:
-    """Solve one program.
+def solve(program: LinearProgram, **options: Any) -> LpSolution:
+    """Solve one program; ``options`` as for ``Solver``.
 
     Raises:
         SolverError: HiGHS returned neither an optimum nor a certificate.
     """
-    return Solver(program).solve()
+    return Solver(program, **options).solve()
 
 
 def _highs_lp(program: LinearProgram) -> highspy.HighsLp:
