@@ -37,7 +37,7 @@ class StateStore:
 
     def __init__(self, problem: Problem, U: Array, weight: float) -> None:
         friction, s = problem.environment.friction, problem.mechanics.cone_edges
-        self._cones = Cones(columns.edge_weights(friction, s), friction, U.copy(), weight)
+        self._cones = Cones(columns.edge_weights(friction, s).copy(), friction, U.copy(), weight)
         self._told: dict[int, ContactState] = {}
         self._count, starts = 0, np.zeros(FIRST + 1, dtype=np.int64)
         points, normals, slip = np.empty((3, FIRST, 3))

@@ -6,9 +6,11 @@ R of Eq. (8), which also makes lengths dimensionless.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from gm_ompl.arrays import Array, cross
+from gm_ompl.arrays import Array, cross, read_only
 from gm_ompl.contact.state import ContactState
 
 
@@ -32,15 +34,17 @@ def cone_axes(normals: Array, reference: Array) -> Array:
     axis = np.where(near[:, None], reference[1], reference[0])
     t1 = axis - (axis * normals).sum(axis=1, keepdims=True) * normals
     t1 /= np.sqrt((t1 * t1).sum(axis=1, keepdims=True))
-    return np.stack([normals, t1, cross(normals, t1)], axis=1)
+    axes = np.empty((len(normals), 3, 3))
+    axes[:, 0], axes[:, 1], axes[:, 2] = normals, t1, cross(normals, t1)
+    return axes
 
 
+@lru_cache(maxsize=256)
 def edge_weights(friction: float, s: int) -> Array:
-    """Return the s unit edges of a cone in its own axes, shape (s, 3)."""
+    """Return the s unit edges of a cone in its own axes, shape (s, 3), read-only."""
     theta = 2.0 * np.pi * np.arange(s) / s
     edges = np.stack([np.ones(s), friction * np.cos(theta), friction * np.sin(theta)], axis=1)
-    weights: Array = edges / np.sqrt(1.0 + friction**2)
-    return weights
+    return read_only(edges / np.sqrt(1.0 + friction**2), (s, 3), "edges")
 
 
 def wrenches(points: Array, forces: Array, U: Array) -> Array:
