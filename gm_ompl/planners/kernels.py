@@ -14,7 +14,6 @@ from typing import Final
 import numpy as np
 
 from gm_ompl.arrays import Array, IntArray
-from gm_ompl.contact.decision import ControlMode
 from gm_ompl.geometry.collision import Scene
 from gm_ompl.geometry.pose import Pose
 from gm_ompl.geometry.solids import Body, box
@@ -28,16 +27,15 @@ from gm_ompl.mechanics import (
     certificate,
     equilibrium,
     kelley,
-    master,
     modes,
     resistance,
     sides,
     simplex,
+    stability,
     tableau,
     tau,
     trials,
 )
-from gm_ompl.mechanics.alternatives import Alternatives
 from gm_ompl.mechanics.blocks import joint_margin
 from gm_ompl.mechanics.cell_cuts import CellBoxes, CellCuts
 from gm_ompl.mechanics.cell_margin import cell_margin, corner_columns, corner_points
@@ -55,17 +53,15 @@ PROGRAM: Final = Program(ENV, LOAD, TIPS, F_MAX, DIRECTIONS)
 
 
 def passes() -> None:
-    """Compile the simplex and what runs it, and what seeks commands."""
-    one = _tableau()
+    """Compile the simplex and what runs it, and what states it for several directions."""
+    one, none = _tableau(), np.zeros(1, dtype=np.int64)
     target, care = simplex.Target(np.inf, 0.0, tableau.NEVER), simplex.Care(1e-9, 1e-10, False)
     simplex.search_directions(one, 1.0, target, care)
-    Alternatives(1.0, PROGRAM).at((ControlMode.FORCE,), np.zeros(1))
-    f, force, ones = np.zeros(1), np.ones(1, dtype=np.bool_), np.ones(1)
-    none = np.zeros(1, dtype=np.int64)
+    stability.run_pass(one, 1.0, DIRECTIONS, np.zeros(len(one.raw)), False, target)
+    f, force = np.zeros(1), np.ones(1, dtype=np.bool_)
     joint_margin(PROGRAM, force, none, tableau.FEASIBLE, f, np.empty((1, 6)))
-    master.best_command(
-        ones, f, np.zeros((1, 1)), ones, f, np.zeros(2, dtype=np.int64), np.zeros(2)
-    )
+    separation = Separation(LOAD, 0.0)
+    equilibrium.balance(PROGRAM, separation, force, f, np.zeros(6), np.zeros(1))
 
 
 def decision() -> None:
@@ -95,7 +91,6 @@ def edges() -> None:
     masks = np.zeros(1, dtype=np.int64)
     modes.passing_sets(ENV, TIPS, -1, False, np.empty(2, dtype=np.int64))
     separation = certificate.separates_environment(ENV)
-    equilibrium.balance(PROGRAM, separation, force, f, np.zeros(6), one)
     _proofs(raw, cost, basis)
     certificate.proven(0.0, 1.0)
     sets = kelley.mode_sets(masks, 1)
