@@ -1,7 +1,6 @@
 """Links: the ramps between neighbouring commands of a plan, which are to hold.
 
-The kernel proves most of them on the way to z: a margin above 0 is an equilibrium. What it does
-not prove the reference decides.
+What the kernel cannot prove the reference decides.
 """
 
 from __future__ import annotations
@@ -81,21 +80,21 @@ class Link:
     def _balanced(self, k: int, places: IntArray, forces: Array) -> bool:
         """Whether ``forces`` of the force-controlled fingers can be balanced under twist ``k``."""
         limits.check()
-        found = self.sides[k].hand.at(self.modes, forces)
-        if found is not None and found[0] > 0.0:
-            return True
+        found = self.sides[k].hand.balanced(self.modes, forces)
+        if found is not None:
+            held, c, slopes = found
+            if not held:
+                self.cuts.append((c, slopes, places))
+            return held
         # Imported late: it loads HiGHS, and is seldom needed.
         from gm_ompl.reference.junction import equilibrium
 
         left = iter(forces.tolist())
         f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
         try:
-            held = equilibrium(self.sides[k].instant(), self.modes, f_com)
+            return equilibrium(self.sides[k].instant(), self.modes, f_com)
         except SolverError:
-            held = False
-        if not held and found is not None:
-            self.cuts.append((found[1], found[2], places))
-        return held
+            return False
 
 
 def failing(links: Sequence[Link], f: Array) -> list[Link]:

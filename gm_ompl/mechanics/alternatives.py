@@ -28,7 +28,7 @@ from gm_ompl.mechanics.certificate import (
 from gm_ompl.mechanics.equilibrium import balance
 from gm_ompl.mechanics.instant import as_decision, as_mask, instant_program, touching
 from gm_ompl.mechanics.kelley import force_control
-from gm_ompl.mechanics.program import Program, Separation
+from gm_ompl.mechanics.program import Program
 from gm_ompl.mechanics.simplex import INFEASIBLE, NO_TAU, TROUBLE, Target
 from gm_ompl.mechanics.stability import BELOW, FAILED, REACHED, cut, run_pass
 from gm_ompl.mechanics.tableau import NEVER
@@ -94,28 +94,40 @@ class Commanded:
         slopes /= h or 1.0
         z = c + float(slopes @ f[force])
         if end == INFEASIBLE:
-            return _balanced_margin(program, self._separation, force, f, (z, c), slopes)
+            return self._without_margin(force, f, (z, c), slopes)
         return REACHED if proven(v, z) else FAILED, z, c
 
+    def equilibrium(self, force: BoolArray, f: Array, slopes: Array) -> tuple[int, float]:
+        """Whether any forces balance the load under modes and commands, as for ``margin``.
 
-def _balanced_margin(
-    program: Program, separation: Separation, force: BoolArray, f: Array,
-    allowed: tuple[float, float], slopes: Array,
-) -> tuple[int, float, float]:  # fmt: skip
-    """z of ``Commanded.margin`` where some direction cannot be resisted: 0 or -inf.
-
-    ``allowed`` is z by the direction's bound c + slopes . f_com, and c; where that z is not
-    negative but nothing balances the load, a bound by which it is takes its place.
-    """
-    y, (z, c) = np.zeros(6), allowed
-    end = balance(program, separation, force, f, y, np.empty(len(f)))
-    if end == REACHED:
-        return REACHED, 0.0, c
-    if end == BELOW and z >= 0.0:
+        Returns:
+            REACHED, BELOW or FAILED, as ``equilibrium.balance``; and where nothing does, the
+            constant of 0 <= c + slopes . f_com, which holds wherever something does, and not here.
+        """
+        program, y = self._program, np.zeros(6)
+        end = balance(program, self._separation, force, f, y, np.empty(len(f)))
+        if end != BELOW:
+            return end, np.inf
         h = reach(program.L, y)
         c = cut(program, force, y, slopes) / h
         slopes /= h
-    return (REACHED, -np.inf, c) if end == BELOW or z < 0.0 else (FAILED, 0.0, c)
+        return end, c
+
+    def _without_margin(
+        self, force: BoolArray, f: Array, allowed: tuple[float, float], slopes: Array
+    ) -> tuple[int, float, float]:
+        """z of ``margin`` where some direction cannot be resisted: 0 or -inf.
+
+        ``allowed`` is z by the direction's bound c + slopes . f_com, and c; where that z is not
+        negative but nothing balances the load, a bound by which it is takes its place.
+        """
+        (z, c), other = allowed, np.zeros_like(slopes)
+        end, least = self.equilibrium(force, f, other)
+        if end == REACHED:
+            return REACHED, 0.0, c
+        if end == BELOW and z >= 0.0:
+            c, slopes[:] = least, other
+        return (REACHED, -np.inf, c) if end == BELOW or z < 0.0 else (FAILED, 0.0, c)
 
 
 def downward(
@@ -195,9 +207,28 @@ class Alternatives:
         Returns:
             z at ``f_com``, and the bound z <= c + slopes . f_com that holds for every f_com.
         """
-        force = np.zeros(len(self._program.tips), dtype=np.bool_)
-        force_control(as_mask(chosen), force)
-        f, slopes = np.zeros(len(force)), np.zeros(len(f_com))
-        f[force] = f_com / self._scale
+        force, f, slopes = self._asked(chosen, f_com)
         end, z, c = self._commanded.margin(force, f, slopes)
         return (z * self._scale, c * self._scale, slopes) if end == REACHED else None
+
+    def balanced(
+        self, chosen: tuple[ControlMode, ...], f_com: Array
+    ) -> tuple[bool, float, Array] | None:
+        """Return (whether anything balances the load, c, slopes), likewise.
+
+        Where nothing does, 0 <= c + slopes . f_com fails at ``f_com`` alone, and where nothing
+        does.
+        """
+        force, f, slopes = self._asked(chosen, f_com)
+        end, c = self._commanded.equilibrium(force, f, slopes)
+        return None if end == FAILED else (end == REACHED, c * self._scale, slopes)
+
+    def _asked(
+        self, chosen: tuple[ControlMode, ...], f_com: Array
+    ) -> tuple[BoolArray, Array, Array]:
+        """Return who is force-controlled (n,), f_com (n,) as the kernel has it, and slopes."""
+        force = np.zeros(len(self._program.tips), dtype=np.bool_)
+        force_control(as_mask(chosen), force)
+        f = np.zeros(len(force))
+        f[force] = f_com / self._scale
+        return force, f, np.zeros(len(f_com))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TypeAlias, final
 
 import numpy as np
 
-from gm_ompl.arrays import Array, IntArray
+from gm_ompl.arrays import Array, BoolArray, IntArray
 from gm_ompl.contact.decision import ControlMode, ModeDecision
 from gm_ompl.contact.state import Instant
 from gm_ompl.errors import SolverError
@@ -18,7 +19,7 @@ from gm_ompl.mechanics.family import hand_tips, surroundings
 from gm_ompl.mechanics.instant import as_decision, as_mask
 from gm_ompl.mechanics.kelley import force_control
 from gm_ompl.mechanics.robust import Surroundings, Tips, cases_at, decide_cases
-from gm_ompl.mechanics.stability import REACHED
+from gm_ompl.mechanics.stability import FAILED, REACHED
 
 
 @final
@@ -86,21 +87,39 @@ class CaseAlternatives:
         self, chosen: tuple[ControlMode, ...], f_com: Array
     ) -> tuple[float, float, Array] | None:
         """Return (z, c, slopes) of the worst case, as ``Alternatives.at``."""
-        mask, n = as_mask(chosen), self._fingers
-        force, f, worst = np.zeros(n, dtype=np.bool_), np.zeros(n), None
-        force_control(mask, force)
-        for case in range(count_of(self._cases)):
-            if not matters(self._cases, case, mask):
-                continue
-            error = parts_of(self._cases, case)[-1]
-            press, slopes = self._cases.press[error][force], np.zeros(len(f_com))
-            f[force] = np.minimum(f_com / self._scale * press, self._cases.f_max[force])
-            end, z, c = Commanded(program_of(self._cases, case)).margin(force, f, slopes)
+        worst = None
+        for commanded, force, f, press in self._each(chosen, f_com):
+            slopes = np.zeros(len(f_com))
+            end, z, c = commanded.margin(force, f, slopes)
             if end != REACHED:
                 return None
             if worst is None or z * self._scale < worst[0]:
                 worst = z * self._scale, c * self._scale, slopes * press
         return worst
+
+    def balanced(
+        self, chosen: tuple[ControlMode, ...], f_com: Array
+    ) -> tuple[bool, float, Array] | None:
+        """Return (whether the load is balanced in every case, c, slopes), as ``Alternatives``."""
+        for commanded, force, f, press in self._each(chosen, f_com):
+            slopes = np.zeros(len(f_com))
+            end, c = commanded.equilibrium(force, f, slopes)
+            if end != REACHED:
+                return None if end == FAILED else (False, c * self._scale, slopes * press)
+        return True, np.inf, np.zeros(len(f_com))
+
+    def _each(
+        self, chosen: tuple[ControlMode, ...], f_com: Array
+    ) -> Iterator[tuple[Commanded, BoolArray, Array, Array]]:
+        """Yield each case that matters: who is force-controlled, f_com (n,), the errors in it."""
+        mask, n = as_mask(chosen), self._fingers
+        force, f = np.zeros(n, dtype=np.bool_), np.zeros(n)
+        force_control(mask, force)
+        for case in range(count_of(self._cases)):
+            if matters(self._cases, case, mask):
+                press = self._cases.press[parts_of(self._cases, case)[-1]][force]
+                f[force] = np.minimum(f_com / self._scale * press, self._cases.f_max[force])
+                yield Commanded(program_of(self._cases, case)), force, f, press
 
 
 Choices: TypeAlias = Alternatives | CaseAlternatives
