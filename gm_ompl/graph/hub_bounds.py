@@ -143,6 +143,20 @@ def hub_sets(
     return hubs if sum(len(sets) for _, sets in hubs) <= most else None
 
 
+def _weights(groups: Groups, powers: IntArray) -> IntArray:
+    """Return what a placement's number adds to the code of the hub without a slot, (n, n slots).
+
+    ``powers`` (n,) are the places' weights. Within a group the others close up, and LIFTED, which
+    adds nothing, comes last.
+    """
+    weights = np.zeros((len(powers), len(powers)), dtype=np.int64)
+    for slot in range(len(powers)):
+        for group in groups:
+            others = [i for i in group if i != slot]
+            weights[others, slot] = powers[list(group[: len(others)])]
+    return weights
+
+
 @final
 class HubBounds:
     """The bounds of all hubs of a problem.
@@ -164,12 +178,15 @@ class HubBounds:
         placements: int,
         lanes: Tables,
     ) -> None:
-        self._tables, self._groups, self._base = lanes, groups, placements + 1
+        self._tables, self._base = lanes, placements + 1
+        n = sum(map(len, groups))
+        powers = self._base ** np.arange(n - 1, -1, -1)
+        self._weights = _weights(groups, powers)
         codes, bounds = [], []
         for slot, sets in hubs:
             hub = sets + 1
             hub[:, slot] = 0
-            codes.append(self._encode(hub))
+            codes.append(hub @ powers)
             bounds.append(self._geometric(slot, sets))
         every = np.concatenate(codes)
         order = np.argsort(every)
@@ -188,29 +205,9 @@ class HubBounds:
         bounds: Array = np.minimum(V, lanes.X_regr + lanes.least)
         return bounds
 
-    def _hub_codes(self, sets: IntArray) -> IntArray:
-        """Return a number per lane and slot (L, n), equal where the hub is the same."""
-        codes = np.empty(sets.shape, dtype=np.int64)
-        for group in self._groups:
-            for slot in group:
-                hub = sets + 1
-                # Within the group the others close up and LIFTED (0) comes last.
-                others = [i for i in group if i != slot]
-                hub[:, list(group)] = np.concatenate(
-                    [sets[:, others] + 1, np.zeros((len(sets), 1), dtype=np.int64)], axis=1
-                )
-                codes[:, slot] = self._encode(hub)
-        return codes
-
-    def _encode(self, hub: IntArray) -> IntArray:
-        code = np.zeros(hub.shape[:-1], dtype=np.int64)
-        for i in range(hub.shape[-1]):
-            code = code * self._base + hub[..., i]
-        return code
-
     def ids(self, sets: IntArray) -> IntArray:
         """Return the hubs' rows in ``V`` for sets (L, n), as (L, n)."""
-        rows = np.searchsorted(self._codes, self._hub_codes(sets))
+        rows = np.searchsorted(self._codes, (sets + 1) @ self._weights)
         # Of a set that is free nowhere, hubs are not known, and nobody asks for its bounds.
         return np.ascontiguousarray(np.minimum(rows, len(self._codes) - 1))
 
