@@ -35,9 +35,12 @@ def valid_goals(judge: Judge, stop: Stop = never) -> tuple[int, ...] | None:
 def has_set(judge: Judge, pose: Pose, required: Requirement) -> bool:
     """Whether some set of placements is geometrically valid at ``pose``."""
     geometry = judge.node(pose)
-    if not geometry.object_free:
-        return False
-    allowed = restricted(geometry.free, required)
+    return geometry.object_free and some_set(judge, geometry.free, required)
+
+
+def some_set(judge: Judge, free: tuple[BoolArray, ...], required: Requirement) -> bool:
+    """Whether fingertips that are ``free`` there, (P,) each, can touch together as required."""
+    allowed = restricted(free, required)
     keys = [np.zeros(len(mask)) for mask in allowed]
     sets = ordered_sets(judge.problem.fingers.groups(), allowed, keys, judge.clear)
     return next(sets, None) is not None

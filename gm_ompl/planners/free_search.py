@@ -17,6 +17,8 @@ import numpy as np
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.closure import Closure
+from gm_ompl.graph.goal_sets import GoalSets
+from gm_ompl.holds.goals import has_set, some_set
 from gm_ompl.holds.watch import Stop
 from gm_ompl.planners.kept_search import KeptSearch
 from gm_ompl.planners.lane_parts import PartSearch, PartTask, cheaper, part_search
@@ -70,6 +72,8 @@ class FreeSearch:
         try:
             closure = Closure(self._judge, self._log.meter.spent)
             self._kept = KeptSearch.of(self._judge, self._log)
+            if self._nothing_fits():
+                return without_search(Status.INFEASIBLE, math.inf, self._log.meter)
             while not (self._keep() or self._by_lanes(closure)):
                 pass
         except KeyboardInterrupt:
@@ -81,6 +85,13 @@ class FreeSearch:
             counted = self._counted(self._result)
             return dataclasses.replace(counted, statistics={**counted.statistics, **ended})
         return self._result
+
+    def _nothing_fits(self) -> bool:
+        """Whether no set of placements is valid at the start, or may be at the goal."""
+        judge, hand, graph = self._judge, self._problem.fingers, self._problem.object_graph
+        there = GoalSets(judge).free() if self._kept is None else self._kept.graph.goal_sets.free()
+        starts = has_set(judge, graph.pose(graph.start), hand.start)
+        return not (starts and some_set(judge, there, hand.goal))
 
     def _by_lanes(self, closure: Closure) -> bool:
         """Let lanes have a turn; whether that is all."""

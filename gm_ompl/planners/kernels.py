@@ -98,6 +98,7 @@ def edges() -> None:
     kelley.add_cut(PROGRAM, separation, y, masks, cuts)
     kelley.settle(0, 1, sets, cuts)
     kelley.cuts_off(0, 1, cuts)
+    kelley.force_control(1, force)
     trials.take_up(0, F_MAX, sets, cuts, force, f)
     kelley.heed(PROGRAM, force, one, 0, cuts)
     tau.new_work(1, _tableau())

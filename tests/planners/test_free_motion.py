@@ -46,6 +46,14 @@ def test_infeasible_is_proven() -> None:
         assert found(load(f"random/free/{seed}").problem).status is Status.INFEASIBLE
 
 
+@pytest.mark.parametrize("name", ["tasks/bookshelf", "tasks/placedown"])
+def test_where_nothing_fits_nothing_is_searched(name: str) -> None:
+    """All fingertips are to be on a face that lies on the floor, at the start or at the goal."""
+    result = found(load(name, ["fingers.placements.faces=[-z]"]).problem)
+    assert result.status is Status.INFEASIBLE
+    assert result.statistics["expanded"] == 0
+
+
 def test_plans_hold() -> None:
     """What is planned on the planner's lattice holds on the reference's, arc by arc."""
     for name in ("random/free/2", "random/free-clutter/3"):
