@@ -12,6 +12,7 @@ import gc
 import hashlib
 import logging
 import os
+import re
 import sys
 import threading
 import time
@@ -24,7 +25,7 @@ from typing import Any, Final, TypeVar, final
 from gm_ompl import clock
 
 _log = logging.getLogger(__name__)
-MARKS: Final = (b"@compiled", b"@inlined", b"@lean")
+MARKS: Final = re.compile(rb"@(compiled|inlined|lean)")
 """What a file holds that has compiled functions."""
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -39,7 +40,7 @@ def _sources(folder: str) -> Iterator[tuple[str, bytes]]:
             elif entry.name.endswith(".py"):
                 with open(entry.path, "rb") as file:
                     text = file.read()
-                if any(mark in text for mark in MARKS):
+                if MARKS.search(text):
                     yield entry.path, text
 
 

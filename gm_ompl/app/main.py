@@ -10,7 +10,7 @@ import gc
 import os
 import sys
 from contextlib import suppress
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 import gm_ompl
 from gm_ompl.app.commands import TRACEBACK_VARIABLE, Exit, Switches, command
 from gm_ompl.app.interrupts import listen
+from gm_ompl.app.leaving import leave
 from gm_ompl.app.output import hush_libraries, note, outlets, show_log
 from gm_ompl.app.verbs import GROUPS, VERBS
 
@@ -79,8 +80,13 @@ COLLECT_AFTER: Final = 500_000
 """Objects made before garbage is looked for; at Python's 700 a tenth of a start goes into that."""
 
 
-def run() -> None:
+def run() -> NoReturn:
     """Entry point of the command ``gm-ompl``."""
+    leave(program())
+
+
+def program() -> int:
+    """Run the command; return the process's exit code."""
     gc.set_threshold(COLLECT_AFTER)
     # Else pydantic looks for plugins of its own in every package that is installed.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
@@ -92,9 +98,7 @@ def run() -> None:
         code = Exit.BAD_INPUT
         with suppress(OSError):
             note(f"gm-ompl: cannot write the standard output: {stdout.failure.strerror}")
-    if "ompl" not in sys.modules:  # whose bindings report what is left as leaks
-        gc.freeze()  # else Python looks for garbage in all that was loaded: a fifth of a second
-    sys.exit(int(code))
+    return int(code)
 
 
 def _code() -> int:

@@ -89,9 +89,9 @@ class FreeSearch:
     def _nothing_fits(self) -> bool:
         """Whether no set of placements is valid at the start, or may be at the goal."""
         judge, hand, graph = self._judge, self._problem.fingers, self._problem.object_graph
-        there = GoalSets(judge).free() if self._kept is None else self._kept.graph.goal_sets.free()
-        starts = has_set(judge, graph.pose(graph.start), hand.start)
-        return not (starts and some_set(judge, there, hand.goal))
+        if not has_set(judge, graph.pose(graph.start), hand.start):
+            return True
+        return not some_set(judge, GoalSets(judge).free(), hand.goal)
 
     def _by_lanes(self, closure: Closure) -> bool:
         """Let lanes have a turn; whether that is all."""

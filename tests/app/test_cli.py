@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 import gm_ompl
 from gm_ompl import api, asking
-from gm_ompl.app.main import app, run
+from gm_ompl.app.main import app, program
 from gm_ompl.planfile.model import Plan
 
 SMALL = [
@@ -246,11 +246,10 @@ def test_interrupted_search_writes_what_is_known(
     monkeypatch.setattr(sys, "argv", ["gm-ompl", "plan", "paper/slide", *SMALL, "-o", str(path)])
     before = signal.getsignal(signal.SIGTERM)
     try:
-        with pytest.raises(SystemExit) as ended:
-            run()
+        code = program()
     finally:
         signal.signal(signal.SIGTERM, before)
-    assert ended.value.code == 130
+    assert code == 130
     assert json.loads(path.read_text())["status"] == "interrupted"
 
 
