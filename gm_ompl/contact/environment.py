@@ -129,6 +129,8 @@ def _owners(
 
 def _listed(points: list[Array], patches: list[ContactPatch]) -> tuple[Array, Array]:
     """Return points (m, 3) of several patches one after the other, and their normals (m, 3)."""
+    if len(patches) == 1:  # mostly, and quicker
+        return points[0], np.full((len(points[0]), 3), patches[0].normal)
     normals = np.array([patch.normal for patch in patches])
     return np.concatenate(points), normals.repeat([len(own) for own in points], axis=0)
 

@@ -122,8 +122,12 @@ class Twist:
 
         The arms are world-frame vectors from the centre of mass to the points.
         """
-        velocities: Array = self.linear + arms @ _turning(self.angular)
+        velocities: Array = self.linear + arms @ self._turn
         return velocities
+
+    @cached_property
+    def _turn(self) -> Array:
+        return _turning(self.angular)
 
     def fastest(self, arms: Array) -> float:
         """Return the greatest speed of points at ``arms`` (n, 3)."""
