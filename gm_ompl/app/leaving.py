@@ -14,12 +14,14 @@ def leave(code: int) -> NoReturn:
     """End the process with an exit code; what was registered for its end is done first.
 
     Python would free one object after the other, for longer than some verbs take, only for the
-    system to take back all of it. It has its way where other threads are still at work.
+    system to take back all of it. It has its way where other threads are still at work, or somebody
+    looks on: a profiler, a debugger, a prompt.
     """
-    if threading.active_count() > 1:
+    watched = sys.getprofile() or sys.gettrace() or sys.flags.interactive or sys.flags.inspect
+    if watched or threading.active_count() > 1:
         sys.exit(code)
     atexit._run_exitfuncs()
-    for stream in (sys.stdout, sys.stderr):
+    for stream in filter(None, (sys.stdout, sys.stderr)):  # a closed one is None
         with suppress(OSError, ValueError):
             stream.flush()
     os._exit(code)

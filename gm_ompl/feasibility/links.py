@@ -1,6 +1,6 @@
 """Links: the ramps between neighbouring commands of a plan, which are to hold.
 
-What the kernel cannot prove the reference decides.
+What the kernel cannot prove, or hardly, the reference decides.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from gm_ompl.errors import SolverError
 
 if TYPE_CHECKING:
     from gm_ompl.mechanics.case_alternatives import Choices
+
+DOUBT: Final = 1e-6
+"""A ramp that misses equilibrium by no more, relative to what adds up to that, may hold."""
 
 
 class Side(NamedTuple):
@@ -83,18 +86,24 @@ class Link:
         found = self.sides[k].hand.balanced(self.modes, forces)
         if found is not None:
             held, c, slopes = found
-            if not held:
-                self.cuts.append((c, slopes, places))
-            return held
+            if held:
+                return True
+            cut, missed = (c, slopes, places), -(c + float(slopes @ forces))
+            if missed > DOUBT * (abs(c) + float(np.abs(slopes) @ forces)):
+                self.cuts.append(cut)
+                return False
         # Imported late: it loads HiGHS, and is seldom needed.
         from gm_ompl.reference.junction import equilibrium
 
         left = iter(forces.tolist())
         f_com = [next(left) if mode is ControlMode.FORCE else None for mode in self.modes]
         try:
-            return equilibrium(self.sides[k].instant(), self.modes, f_com)
+            held = equilibrium(self.sides[k].instant(), self.modes, f_com)
         except SolverError:
-            return False
+            held = False
+        if not held and found is not None:
+            self.cuts.append(cut)
+        return held
 
 
 def failing(links: Sequence[Link], f: Array) -> list[Link]:

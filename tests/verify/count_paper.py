@@ -15,12 +15,14 @@ PAPER = [name for name in shipped() if name.startswith("paper/")]
 def expectations(instance: int) -> Result:
     """The shipped scenarios with one degree of freedom come out as they say they must.
 
-    They are proven optimal, and `check` confirms every step (worst: seconds of search).
+    Without a robot's hand, whose reach is sampled, they are proven optimal; `check` confirms every
+    step (worst: seconds of search).
     """
     name = ON_PATHS[instance]
     plan = gm_ompl.plan(name)
     wrong = list(disagreements(plan, load(name).model.expect))
-    if plan.status == "solved" and not plan.optimal:
+    sampled = load(name).problem.hand is not None
+    if plan.status == "solved" and not (plan.optimal or sampled):
         wrong.append("not proven optimal")
     report = gm_ompl.check(plan)
     if not report.holds:
