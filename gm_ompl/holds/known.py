@@ -15,7 +15,7 @@ from gm_ompl.feasibility.kernel_backend import KernelBackend
 from gm_ompl.holds.bounds import refresh_many
 from gm_ompl.holds.rows import Tables
 from gm_ompl.holds.sets import LIFTED
-from gm_ompl.holds.tables import WORTH_A_THREAD, ArcTable
+from gm_ompl.holds.tables import ArcTable
 from gm_ompl.mechanics.cuts import BLOCK, CutTables
 from gm_ompl.problem import Placements
 
@@ -24,6 +24,9 @@ FAILED: Final = -1.0
 
 UNDECIDED: Final = -1
 """Of a rest: neither 1, it holds, nor 0, it does not."""
+
+WORTH_A_THREAD: Final = 100_000
+"""Segments that take longer to bound than it takes to start a thread."""
 
 SEGMENTS_AT_ONCE: Final = 5_000_000
 """Segments bounded between two looks at the limits in force: some tenths of a second."""
@@ -134,5 +137,6 @@ class Known:
         def work(part: slice) -> None:
             refresh_many(sets[part], tables, cuts, places[part], known, costs[part], d[part])
 
-        share_out(work, len(sets), WORTH_A_THREAD, at_once(tables))
+        least = max(1, WORTH_A_THREAD // max(1, tables.states.size))
+        share_out(work, len(sets), least, at_once(tables))
         return costs, d
