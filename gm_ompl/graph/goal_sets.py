@@ -7,6 +7,7 @@ in the middle of the plan's last segment, which is no farther from there than ha
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Final, NamedTuple, final
 
 import numpy as np
@@ -38,11 +39,11 @@ class GoalSets:
     """What the goal asks of sets of placements.
 
     Args:
-        judge: of a problem of free motion; its back end is the kernel's.
+        judge: of a problem of free motion; ``may_end`` wants the kernel's back end.
     """
 
     def __init__(self, judge: Judge) -> None:
-        problem, motion = judge.problem, judge.problem.motion
+        motion = judge.problem.motion
         assert isinstance(motion, FreeMotion)
         self._judge, self._motion = judge, motion
         goal, low, high = motion.goal, motion.goal.low, motion.goal.high
@@ -51,8 +52,6 @@ class GoalSets:
         self._pose = None if rotation is None else Pose(rotation, (low + high) / 2.0)
         self._off = goal.distance + float(np.linalg.norm(high - low)) / 2.0
         self._turns = None if rotation is None else _turns(motion, rotation)
-        told = rotation is not None and not problem.uncertainty
-        self._aloft = self._in_the_air() if told else None
 
     def free(self) -> tuple[BoolArray, ...]:
         """Return per finger which placements (P,) may be free at the goal."""
@@ -83,10 +82,12 @@ class GoalSets:
         assert self._turns is not None
         return self._aloft.may_hold(rows, *self._turns.parts(self._half_a_segment()))
 
-    def _in_the_air(self) -> Aloft | None:
-        """Return who answers for the hand, where nothing else is near enough to touch."""
+    @cached_property
+    def _aloft(self) -> Aloft | None:
+        """Who answers for the hand, where nothing else is near enough to touch."""
         judge, motion, problem = self._judge, self._motion, self._judge.problem
-        assert self._pose is not None and self._turns is not None
+        if self._pose is None or self._turns is None or problem.uncertainty:
+            return None
         half, D = self._half_a_segment(), problem.body.diagonal
         far = float(np.linalg.norm(problem.body.vertices, axis=1).max())
         # Lines of contact are off the object by no more than the contact tolerance; a node stands

@@ -17,9 +17,8 @@ import numpy as np
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
 from gm_ompl.graph.closure import Closure
-from gm_ompl.graph.goal_sets import GoalSets
-from gm_ompl.holds.goals import has_set, some_set
 from gm_ompl.holds.watch import Stop
+from gm_ompl.planners.impossible import impossible
 from gm_ompl.planners.kept_search import KeptSearch
 from gm_ompl.planners.lane_parts import PartSearch, PartTask, cheaper, part_search
 from gm_ompl.planners.outcome import PROVEN, Log, result_of, without_search
@@ -70,10 +69,10 @@ class FreeSearch:
     def run(self) -> SearchResult:
         """Search for a plan of least cost."""
         try:
+            if impossible(self._problem, self._judge):
+                return without_search(Status.INFEASIBLE, math.inf, self._log.meter)
             closure = Closure(self._judge, self._log.meter.spent)
             self._kept = KeptSearch.of(self._judge, self._log)
-            if self._nothing_fits():
-                return without_search(Status.INFEASIBLE, math.inf, self._log.meter)
             while not (self._keep() or self._by_lanes(closure)):
                 pass
         except KeyboardInterrupt:
@@ -85,13 +84,6 @@ class FreeSearch:
             counted = self._counted(self._result)
             return dataclasses.replace(counted, statistics={**counted.statistics, **ended})
         return self._result
-
-    def _nothing_fits(self) -> bool:
-        """Whether no set of placements is valid at the start, or may be at the goal."""
-        judge, hand, graph = self._judge, self._problem.fingers, self._problem.object_graph
-        if not has_set(judge, graph.pose(graph.start), hand.start):
-            return True
-        return not some_set(judge, GoalSets(judge).free(), hand.goal)
 
     def _by_lanes(self, closure: Closure) -> bool:
         """Let lanes have a turn; whether that is all."""

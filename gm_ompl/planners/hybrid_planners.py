@@ -13,10 +13,9 @@ import numpy as np
 
 from gm_ompl.errors import LimitError
 from gm_ompl.feasibility.judge import Judge
-from gm_ompl.holds.goals import has_set
 from gm_ompl.holds.spots import NamedPoints
-from gm_ompl.motion.free import FreeMotion
 from gm_ompl.planners.growth import Growth
+from gm_ompl.planners.impossible import impossible
 from gm_ompl.planners.outcome import Log, result_of, without_search
 from gm_ompl.planners.parameters import Parameter, parameters_of
 from gm_ompl.planners.planner import (
@@ -204,21 +203,6 @@ class HybridRRTstar(HybridPlanner):
         if moves:
             search.begin(moves)
         return search
-
-
-def impossible(problem: Problem, judge: Judge) -> bool:
-    """Whether it is proven that no plan exists: no set is valid at the start, or at the goal.
-
-    A goal that is a region is not searched for proofs.
-    """
-    pose = problem.motion.pose
-    if not has_set(judge, pose(problem.start), problem.fingers.start):
-        return True
-    low, high = problem.goal.low, problem.goal.high
-    if isinstance(problem.motion, FreeMotion) or None in low or low != high:
-        return False
-    goal = tuple(float(value or 0.0) for value in low)
-    return not has_set(judge, pose(goal), problem.fingers.goal)
 
 
 def refine(

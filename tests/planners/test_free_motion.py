@@ -46,10 +46,11 @@ def test_infeasible_is_proven() -> None:
         assert found(load(f"random/free/{seed}").problem).status is Status.INFEASIBLE
 
 
+@pytest.mark.parametrize("planner", ["astar", "HybridRRT", "HybridRRTConnect"])
 @pytest.mark.parametrize("name", ["tasks/bookshelf", "tasks/placedown"])
-def test_where_nothing_fits_nothing_is_searched(name: str) -> None:
+def test_where_nothing_fits_nothing_is_searched(name: str, planner: str) -> None:
     """All fingertips are to be on a face that lies on the floor, at the start or at the goal."""
-    result = found(load(name, ["fingers.placements.faces=[-z]"]).problem)
+    result = solve(load(name, ["fingers.placements.faces=[-z]"]).problem, planner)
     assert result.status is Status.INFEASIBLE
     assert result.statistics["expanded"] == 0
 
